@@ -9,8 +9,7 @@ namespace isospline {
 void bind_volume(pybind11::module_& module);
 void bind_prefilter(pybind11::module_& module);
 void bind_cells(pybind11::module_& module);
-void bind_color(pybind11::module_& module);
-void bind_object_colors(pybind11::module_& module);
+void bind_color_rules(pybind11::module_& module);
 void bind_values(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_measure(pybind11::module_& module);

@@ -1,6 +1,7 @@
 #include "bind.h"
 #include "cameras.h"
 #include "colors.h"
+#include "environment.h"
 #include "layers.h"
 #include "long_call.h"
 #include "looks.h"

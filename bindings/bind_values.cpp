@@ -84,7 +84,7 @@ void bind_values(py::module_& module)
     module.def(
         "_look_color",
         [](const py::object& value, const std::string& parameter) {
-            return to_python(as_surface_color(value, parameter.c_str()), true);
+            return to_python(as_surface_color(value, parameter.c_str()));
         },
         py::arg("value"), py::arg("parameter"));
     using AnyLook = std::variant<Phong, Outline, AmbientOcclusion, Material>;

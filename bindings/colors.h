@@ -58,23 +58,14 @@ inline pybind11::object decoded(const pybind11::handle& value)
     return handed("decoded")(value);
 }
 
-/// The colour of a surface: a colour, or one of the classes ColorBy... .
+/// A rule for colours; nothing for a value that is none.
+std::optional<Color> color_rule(const pybind11::handle& value);
+
+/// The colour of a surface: a colour or a rule.
 inline Color as_surface_color(const pybind11::handle& value, const char* parameter)
 {
-    if (pybind11::isinstance<ColorByVolume>(value))
-        return value.cast<ColorByVolume>();
-    if (pybind11::isinstance<ColorByCurvature>(value))
-        return value.cast<ColorByCurvature>();
-    if (pybind11::isinstance<ColorByNormal>(value))
-        return value.cast<ColorByNormal>();
-    if (pybind11::isinstance<ColorByDepth>(value))
-        return value.cast<ColorByDepth>();
-    if (pybind11::isinstance<ColorByDistance>(value))
-        return value.cast<ColorByDistance>();
-    if (pybind11::isinstance<ColorByValue>(value))
-        return value.cast<ColorByValue>();
-    if (pybind11::isinstance<ColorByThickness>(value))
-        return value.cast<ColorByThickness>();
+    if (auto rule = color_rule(value))
+        return *std::move(rule);
     const glm::dvec3 color = as_color(decoded(value), parameter);
     check_not_above_one(color, value, parameter);
     return color;
@@ -86,18 +77,12 @@ inline CapColor as_cap_color(const pybind11::object& value, const char* paramete
     return value.is_none() ? CapColor() : as_surface_color(value, parameter);
 }
 
-/// A colour in Python: sRGB, or linear numbers that are marked as such; or the rule.
-inline pybind11::object to_python(const Color& color, bool linear)
-{
-    namespace py = pybind11;
-    if (!std::holds_alternative<glm::dvec3>(color))
-        return py::cast(color);
-    return handed(linear ? "linear" : "encoded")(std::get<glm::dvec3>(color));
-}
+/// A colour in Python: linear numbers that are marked as such, or the rule.
+pybind11::object to_python(const Color& color);
 
-inline pybind11::object to_python(const std::optional<Color>& color, bool linear)
+inline pybind11::object to_python(const CapColor& color)
 {
-    return color ? to_python(*color, linear) : pybind11::none();
+    return color ? to_python(*color) : pybind11::none();
 }
 
 /// A colour and an opacity, which is 1 by default; None is transparent.

@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 
 namespace isospline {
 
@@ -44,6 +45,13 @@ inline std::shared_ptr<Material> look_of(const std::optional<Material>& material
     return look;
 }
 
+/// A colour in sRGB, a rule or None.
+inline pybind11::object in_srgb(const CapColor& color)
+{
+    const bool is_constant = color && std::holds_alternative<glm::dvec3>(*color);
+    return is_constant ? handed("encoded")(std::get<glm::dvec3>(*color)) : to_python(color);
+}
+
 /// The properties of an object's look: `material`, `color`, `opacity` and `name`.
 template <typename Class>
 void bind_look(Class& object_class)
@@ -60,7 +68,7 @@ void bind_look(Class& object_class)
         .def_property_readonly(
             "color",
             [=](const Object& object) {
-                return to_python(material_of(object) ? material_of(object)->color : std::nullopt, false);
+                return in_srgb(material_of(object) ? material_of(object)->color : std::nullopt);
             },
             "Its colour, sRGB, or a rule; None leaves it to the light.")
         .def_property_readonly(

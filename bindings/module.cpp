@@ -61,7 +61,6 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_volume(module);
     isospline::bind_prefilter(module);
     isospline::bind_cells(module);
-    isospline::bind_color(module);
     isospline::bind_values(module);
     isospline::bind_isosurface(module);
     isospline::bind_measure(module);
@@ -69,7 +68,6 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_mesh(module);
     isospline::bind_surface_mesh(module);
     isospline::bind_scene(module);
-    isospline::bind_object_colors(module);
     isospline::bind_crossings(module);
     isospline::bind_scene_index(module);
     isospline::bind_scene_objects(module);
@@ -80,6 +78,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_hopper(module);
     isospline::bind_camera(module);
     isospline::bind_environment(module);
+    isospline::bind_color_rules(module);
     isospline::bind_render(module);
     isospline::bind_interleaved(module);
     isospline::bind_path_tracer(module);

@@ -56,12 +56,12 @@ void read(const pybind11::object& part, const char*, Member& member)
 
 inline pybind11::object written(const Color& member)
 {
-    return to_python(member, true);
+    return to_python(member);
 }
 
 inline pybind11::object written(const CapColor& member)
 {
-    return to_python(member, true);
+    return to_python(member);
 }
 
 template <typename Member>

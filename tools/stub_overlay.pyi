@@ -32,10 +32,12 @@ from .base.results import (
 from .cameras import ProjectionPlaneCamera
 from .cameras.camera import _Camera
 from .clips import _Cut
+from .color_rules.rule import _ColorRule
 from .io.volume_data import VolumeData
 from .lights import _Light
 from .looks import AmbientOcclusion, Material, Outline, Phong
 from .looks.shadings import _Look
+from .picture.environments import EnvironmentLight
 from .viewer import Viewer
 
 _Progress = Callable[[float], object] | bool | None  # True: a bar
@@ -94,8 +96,6 @@ class DamagedStore(OSError, ValueError): ...
 
 class _Families:  # those of compiled classes become classes of the stub
     _Camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera
-    _MeasuredRule: ColorByDistance | ColorByValue | ColorByThickness
-    _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | _MeasuredRule
 
 class _Words:
     axes: Literal["zyx", "xyz"]
@@ -104,13 +104,11 @@ class _Words:
     encoding: Literal["linear", "srgb8"]
     filter: Literal["interpolate", "none", "smoothing"]
     inside: Literal["above", "below"]
-    kind: Literal["mean", "gaussian", "maximum", "minimum"]
     method: Literal["max_sphere", "ray"]
 
 class _Parameters:
     background: _Background
     clip: _Cut | Sequence[_Cut]
-    cmap: _ColorMap
     color: _Color
     dtype: DTypeLike
     geometry_id: SupportsIndex
@@ -123,11 +121,9 @@ class _Parameters:
     obj: _Placeable
     objects: _Placeable | Iterable[_Placeable | tuple[_Placeable, ArrayLike | None]]
     opacity: float
-    other: _Placeable | Scene | ArrayLike
     out: dict[str, NDArray[Any]]
     outputs: Iterable[_HitOutput]
     progress: _Progress
-    radiance: str | ArrayLike
     surface: Isosurface
     vertices: ArrayLike | object
     volume: Volume | VolumeData | NDArray[Any]
@@ -138,7 +134,6 @@ class _Results:
     LAYERS: tuple[str, ...]
     area: Measurement
     cast_rays: Hits
-    cmap: NDArray[np.float64]
     closest_points: ClosestPoints
     color: _GivenColor | None
     colors: NDArray[np.float64] | None
@@ -148,13 +143,11 @@ class _Results:
     compute_occupancy: NDArray[np.float32]
     enclosed_volume: Measurement
     gaussian_curvature: Measurement
-    image: NDArray[np.float32] | None
     list_intersections: Crossings
     mean_curvature: Measurement
     method: Literal["exact", "reference", "bracket"]
     normals: NDArray[np.float64] | None
     object: Isosurface | Mesh
-    other: Scene
     paging: Paging | None
     render_part: tuple[Image, dict[str, Any]]
     sample_points: SurfaceSamples
@@ -281,9 +274,6 @@ class Scene(_Shown):
     def test_occlusions(self, *, certify: Literal[False] = False) -> NDArray[np.bool_]: ...
     @overload
     def test_occlusions(self, *, certify: Literal[True]) -> NDArray[np.uint8]: ...
-
-class EnvironmentLight:
-    def __init__(self, radiance: str | PathLike[str] | ArrayLike = 1.0) -> None: ...
 
 class PathTracer:
     lights: list[_Light | EnvironmentLight]

@@ -14,14 +14,6 @@ from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
     Cancelled,
-    ColorByCurvature,
-    ColorByDepth,
-    ColorByDistance,
-    ColorByNormal,
-    ColorByThickness,
-    ColorByValue,
-    ColorByVolume,
-    EnvironmentLight,
     Isosurface,
     Mesh,
     Scene,
@@ -44,7 +36,16 @@ from .base.results import (
 )
 from .cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
 from .clips import Box, HalfSpace
-from .colors import ridges_and_valleys
+from .color_rules import (
+    ColorByCurvature,
+    ColorByDepth,
+    ColorByDistance,
+    ColorByNormal,
+    ColorByThickness,
+    ColorByValue,
+    ColorByVolume,
+    ridges_and_valleys,
+)
 from .distances import hausdorff_distance, surface_distance
 from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
@@ -55,7 +56,7 @@ from .looks import AmbientOcclusion, Material, Outline, Phong
 from .measures import measure
 from .picture.animation import animate, turntable
 from .picture.cameras import camera_for, turntable_cameras
-from .picture.environments import read_environment
+from .picture.environments import EnvironmentLight, read_environment
 from .picture.ground import ground_for
 from .picture.image import Image
 from .picture.path_tracer import PathTracer

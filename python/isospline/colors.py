@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import numbers
 from typing import Any
 
 import numpy as np
@@ -13,8 +11,6 @@ from . import _core
 from .base.color_tables import table
 from .base.handed import handed
 from .base.mistakes import sentence
-from .base.parameters import check_type
-from .base.signatures import explained
 
 #: Kinds of curvature by which surfaces are coloured, by their names in the viewer and on the command line.
 CURVATURES: dict[str, Any] = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
@@ -211,7 +207,6 @@ def above_one(parameter: str, color: ArrayLike) -> str:
     return sentence(parameter, "numbers from 0 to 1 for red, green and blue", shown, meaning)
 
 
-@handed
 def color_map(cmap: Any) -> NDArray[np.float64]:
     """Linear colours at equal steps of a colour map.
 
@@ -269,42 +264,3 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
     if (colors > 1).any():
         raise ValueError(above_one("cmap", colors[(colors > 1).any(axis=1)][0]))
     return colors
-
-
-@explained
-def ridges_and_valleys(
-    curvature: float, *, color: ArrayLike = 0.5, ridge: ArrayLike = 1.0, valley: ArrayLike = 0.0
-) -> _core.ColorByCurvature:
-    """Colour the ridges and the valleys of a surface.
-
-    Points with a mean curvature of ``-curvature`` or less have the colour of valleys, those with zero curvature the
-    colour of the surface, and those with ``curvature`` or more the colour of ridges. Colours are interpolated between.
-
-    Parameters
-    ----------
-    curvature : float
-        Mean curvature at which the full colour is reached, in 1 / world unit; above 0. A rounded edge of radius r has
-        the mean curvature 1 / (2 r).
-    color, ridge, valley : float, (3,) float or str
-        Colours, sRGB from 0 to 1, or names.
-
-    Returns
-    -------
-    ColorByCurvature
-
-    Raises
-    ------
-    ValueError
-        For a curvature that is not above 0 or not finite, and for a colour that is unknown or outside of 0 to 1.
-
-    Examples
-    --------
-    >>> import isospline
-    >>> engraved = isospline.Phong(color=isospline.ridges_and_valleys(0.4, valley=(0.2, 0.05, 0)))
-    """
-    check_type(curvature, "curvature", numbers.Real, "a number")
-    if not 0 < curvature < math.inf:
-        raise ValueError(f"curvature: expected a finite number above 0, got {curvature!r}")
-    given = {"valley": valley, "color": color, "ridge": ridge}
-    colors = np.stack([one_color(each, name) for name, each in given.items()])
-    return _core.ColorByCurvature("mean", limits=(-curvature, curvature), cmap=linear(colors))

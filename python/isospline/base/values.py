@@ -21,17 +21,7 @@ from .signatures import parameters_of
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-_COMPILED = (
-    _core.ColorByCurvature,
-    _core.ColorByDepth,
-    _core.ColorByDistance,
-    _core.ColorByNormal,
-    _core.ColorByThickness,
-    _core.ColorByValue,
-    _core.ColorByVolume,
-    _core.EnvironmentLight,
-    _core.PathTracer,
-)
+_COMPILED = (_core.PathTracer,)
 
 _DATACLASSES: list[type] = []
 
@@ -241,7 +231,9 @@ class Value:
 def text_of(part: Any) -> str:
     """A part of a value in the text of its constructor's call."""
     if isinstance(part, np.ndarray):
-        return vector_text(part)
+        return vector_text(part) if part.ndim == 1 else f"array{part.shape}"
+    if isinstance(part, tuple) and all(isinstance(each, float) for each in part):
+        return vector_text(np.array(part))
     return f"{part:.12g}" if isinstance(part, float) else repr(part)
 
 

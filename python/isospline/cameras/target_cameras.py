@@ -308,7 +308,7 @@ def _camera_position(value: Any) -> tuple[NDArray[np.float64], NDArray[np.float6
     expected = "three points: position, focal point and view up"
     if isinstance(value, str):
         raise ValueError(f'camera_position: expected {expected}, got "{value}"')
-    if not hasattr(type(value), "__getitem__") or not hasattr(type(value), "__iter__"):
+    if not hasattr(type(value), "__getitem__"):  # PyVista's own class has no __iter__
         raise TypeError(sentence("camera_position", expected, value))
     points = [vector(each, "camera_position") for each in value]
     if len(points) != 3:

@@ -73,7 +73,6 @@ def joined_rays(origins, directions):
         ) from None
 
 
-@handed
 def as_target(other, is_signed):
     """The scene from which distances are measured: of objects, or of points as triangles without area."""
     if isinstance(other, Scene):

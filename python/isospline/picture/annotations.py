@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.parameters import check_type
+from ..base.values import part
 from ..cameras import PanoramicCamera
+from ..color_rules import ColorByCurvature, ColorByDepth, ColorByDistance, ColorByThickness, ColorByValue, ColorByVolume
 from ..colors import linear_to_srgb, srgb_to_linear
 from ..looks import Phong
 from .image import Image
@@ -21,12 +23,12 @@ Annotation = Literal["scale_bar", "colorbar"]
 ANNOTATIONS = ("scale_bar", "colorbar")
 
 _WITH_MAP = (
-    _core.ColorByVolume,
-    _core.ColorByCurvature,
-    _core.ColorByDepth,
-    _core.ColorByDistance,
-    _core.ColorByValue,
-    _core.ColorByThickness,
+    ColorByVolume,
+    ColorByCurvature,
+    ColorByDepth,
+    ColorByDistance,
+    ColorByValue,
+    ColorByThickness,
 )
 # The free border, as a part of the picture.
 BORDER = 0.04
@@ -130,14 +132,14 @@ def _limits(rule, scene, camera):
 
 
 def _title(rule, unit):
-    if isinstance(rule, _core.ColorByCurvature):
+    if isinstance(rule, ColorByCurvature):
         power = "^2" if rule.kind == "gaussian" else ""
         return f"{rule.kind} curvature" + (f" (1/{unit}{power})" if unit else "")
-    if isinstance(rule, _core.ColorByDepth):
+    if isinstance(rule, ColorByDepth):
         return "depth" + (f" ({unit})" if unit else "")
-    if isinstance(rule, _core.ColorByDistance) and not rule.label:
+    if isinstance(rule, ColorByDistance) and not rule.label:
         return ("signed distance" if rule.signed else "distance") + (f" ({unit})" if unit else "")
-    if isinstance(rule, _core.ColorByThickness) and not rule.label:
+    if isinstance(rule, ColorByThickness) and not rule.label:
         return "thickness" + (f" ({unit})" if unit else "")
     return rule.label or "value"
 
@@ -182,7 +184,7 @@ class ColorBar:
     """The bar of a colour map: its title above, and round values beside it."""
 
     def __init__(self, size, rule, limits, unit):
-        self._size, self._limits, self._cmap = size, limits, np.asarray(rule._cmap())
+        self._size, self._limits, self._cmap = size, limits, np.asarray(part(rule, "cmap"))
         font = font_for(size)
         self._labels = [(value, f"{value:g}") for value in ticks(*limits)]
         self._thickness, self._length = max(6, round(0.025 * size[0])), round(0.6 * size[1])

@@ -112,7 +112,7 @@ def camera_for(
     --------
     >>> import isospline
     >>> isospline.camera_for([(-1, -1, -1), (1, 1, 1)], view="top", projection="orthographic", margin=0, size=(9, 9))
-    OrthographicCamera(eye=(0, 0, 4.73205), target=(0, 0, 0), up=(0, 1, 0), height=2)
+    OrthographicCamera(eye=(0, 0, 4.73205080757), target=(0, 0, 0), up=(0, 1, 0), height=2)
     """
     return camera_beside(NO_SPACE, scene, view, up, projection, field_of_view, size, margin)
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..base.handed import handed
-from ..base.parameters import check_path, printable
-from ..base.signatures import explained
+from ..base.parameters import check_path, flag, printable
+from ..base.signatures import explained, explained_methods
+from ..base.values import Value
 
 #: Suffixes of the files that `read_environment` reads.
 SUFFIXES = (".exr", ".hdr")
@@ -85,7 +86,6 @@ def _unreadable(name, reason):
     return ValueError(f"{name}: cannot be read as an environment: {' '.join(reason.split()) or 'it is damaged'}")
 
 
-@handed
 def sky_of(radiance: Any, image: Any) -> Any:
     """The panorama of an environment light whose first argument is a file or an array; None for a radiance."""
     is_file = isinstance(radiance, os.PathLike) or (
@@ -98,9 +98,83 @@ def sky_of(radiance: Any, image: Any) -> Any:
     return read_environment(radiance) if is_file else radiance
 
 
-def upright(environment: Any, up: ArrayLike) -> _core.EnvironmentLight:
+@explained_methods
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class EnvironmentLight(Value):
+    """Light from infinitely far away, from all directions, for a `PathTracer`.
+
+    Parameters
+    ----------
+    radiance : float, (3,) float, path or (height, width, 3) array
+        Linear red, green and blue, or one number for all three; if there is an `image`, a factor of it. Or the image
+        itself: an array, or the path of an .exr or .hdr file, see `read_environment`; the factor is then 1.
+    image : (height, width, 3) array_like of numbers, optional
+        Linear radiance by direction: an equirectangular panorama. The top row is z, the bottom row is -z, x is in the
+        middle, and y is in the middle of the left half. The radiance is constant within a pixel. Directions are sampled
+        in proportion to their light.
+    rotation : (3, 3) array_like, optional
+        Columns are the world directions of the image's x, y and z.
+    visible : bool
+        Whether the camera sees it behind the surfaces.
+
+    Raises
+    ------
+    ValueError
+        For numbers that are negative or not finite, an image of another shape, and a matrix that is not a rotation.
+    TypeError
+        If both `radiance` and `image` are panoramas.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import isospline
+    >>> sky = np.zeros((16, 32, 3))
+    >>> sky[:8] = (0.5, 0.7, 1.0)  # above the horizon
+    >>> light = isospline.EnvironmentLight(image=sky)
+    """
+
+    radiance: NDArray[np.float64]
+    #: (height, width, 3) float32 array, or None.
+    image: NDArray[np.float32] | None
+    rotation: NDArray[np.float64]
+    visible: bool
+
+    def __init__(
+        self,
+        radiance: str | os.PathLike[str] | ArrayLike = 1.0,
+        *,
+        image: ArrayLike | None = None,
+        rotation: ArrayLike | None = None,
+        visible: bool = False,
+    ) -> None:
+        sky: Any = sky_of(radiance, image)
+        panorama = image if sky is None else sky
+        factor: Any = radiance if sky is None else 1.0
+        self._take(
+            None if panorama is None else _core._EnvironmentMap(panorama),
+            _core._color(factor, "radiance"),
+            np.eye(3) if rotation is None else _core._doubles(rotation, "rotation", (3, 3)),
+            flag(visible, "visible"),
+        )
+
+    def _take(self, map: Any, radiance: Any, rotation: Any, visible: bool) -> None:
+        object.__setattr__(self, "_map", map)
+        self._keep(radiance=radiance, image=None if map is None else map.image, rotation=rotation, visible=visible)
+
+    @classmethod
+    def _with(cls, map: Any, radiance: Any, rotation: Any, visible: bool) -> EnvironmentLight:
+        """The light of a map that has been made."""
+        light = cls.__new__(cls)
+        light._take(map, radiance, rotation, visible)
+        return light
+
+    def _check(self) -> None:
+        _core._check_environment(self)
+
+
+def upright(environment: Any, up: ArrayLike) -> EnvironmentLight:
     """The light of an environment: its first argument, or one for a world with z upwards; turned upright."""
-    light = environment if isinstance(environment, _core.EnvironmentLight) else _core.EnvironmentLight(environment)
+    light = environment if isinstance(environment, EnvironmentLight) else EnvironmentLight(environment)
     return light if light.image is None else light.replace(rotation=upright_rotation(up) @ light.rotation)
 
 

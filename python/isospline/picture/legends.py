@@ -39,7 +39,7 @@ def _color_of(look: Any, id: int) -> tuple[NDArray[np.float64], float]:
     if color is None:
         color = 0.8 if isinstance(look, _core.PathTracer) else 1.0
     if not isinstance(color, (np.ndarray, float)):  # a rule: the middle of its map
-        map = color._cmap() if hasattr(color, "_cmap") else np.full((1, 3), 0.5)
+        map = part(color, "cmap") if hasattr(color, "cmap") else np.full((1, 3), 0.5)
         color = map[len(map) // 2]
     return np.broadcast_to(np.asarray(color, dtype=float), (3,)), getattr(each, "opacity", 1.0)
 

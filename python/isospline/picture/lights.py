@@ -12,7 +12,7 @@ from ..base.mistakes import described, sentence
 from ..base.system import warn
 from ..colors import color_of
 from ..looks import AmbientOcclusion, Material, Outline, Phong
-from .environments import upright
+from .environments import EnvironmentLight, upright
 from .materials import UNLIT, look_of
 from .path_tracer import PathTracer
 from .rules import Placed, completed, is_incomplete, own_material
@@ -96,8 +96,8 @@ def in_environment(light: Light, environment: Any, up: Any) -> PathTracer:
     path_tracer = PathTracer(lights=[]) if light is None else named(light)
     if not isinstance(path_tracer, PathTracer):
         raise ValueError(f'environment: expected light="path-trace" or a PathTracer with it, got {described(light)}')
-    own = [] if path_tracer.lights == [_core.EnvironmentLight()] else list(path_tracer.lights or ())
-    if any(isinstance(each, _core.EnvironmentLight) for each in own):
+    own = [] if path_tracer.lights == [EnvironmentLight()] else list(path_tracer.lights or ())
+    if any(isinstance(each, EnvironmentLight) for each in own):
         raise ValueError("environment: expected a PathTracer without an EnvironmentLight with it, got one that has it")
     return path_tracer.replace(lights=[*own, upright(environment, up)])
 

@@ -10,10 +10,10 @@ from .. import _core
 from ..base.signatures import explained_methods
 from ..base.values import parts, same
 from ..looks import Material
+from .environments import EnvironmentLight
 from .materials import check_materials
 
 if TYPE_CHECKING:
-    from .._core import EnvironmentLight
     from ..lights import _Light
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..color_rules import ColorByDistance, ColorByThickness, ColorByValue
 from ..looks import Material
 
 #: The colours of a material or a shading.
@@ -16,7 +17,7 @@ COLORS = ("color", "surface_color", "cap_color")
 #: An object and its transform.
 Placed = tuple[Any, NDArray[np.float64]]
 
-_OF_OBJECTS = (_core.ColorByDistance, _core.ColorByValue, _core.ColorByThickness)
+_OF_OBJECTS = (ColorByDistance, ColorByValue, ColorByThickness)
 # Points of an object for the limits of its distances or its thickness, and the part of them within.
 _POINTS, _WITHIN = 500, 0.98
 
@@ -26,19 +27,19 @@ def own_material(item: Any) -> Material | None:
     material: Material | None = item.material
     is_bare = isinstance(item, _core.Mesh) and item._colors() is None and item.color is None
     if is_bare and item.values is not None and _differ(item.values):
-        return (material or Material()).replace(color=_core.ColorByValue())
+        return (material or Material()).replace(color=ColorByValue())
     return material
 
 
 def depends_on_object(rule: Any) -> bool:
     """Whether a colour is a rule that is not complete without an object."""
-    is_of_any = isinstance(rule, _core.ColorByThickness) and rule.surface is None
+    is_of_any = isinstance(rule, ColorByThickness) and rule.surface is None
     return is_of_any or (isinstance(rule, _OF_OBJECTS) and rule.limits is None)
 
 
 def without_object(rule: Any) -> Any:
     """What a colour bar shows of a complete rule, which is the same for several objects."""
-    return rule.replace(surface=None, transform=None) if isinstance(rule, _core.ColorByThickness) else rule
+    return rule.replace(surface=None, transform=None) if isinstance(rule, ColorByThickness) else rule
 
 
 def is_incomplete(look: Any) -> bool:
@@ -136,7 +137,7 @@ def _range(arrays: Iterable[Any]) -> tuple[float, float]:
 
 
 _COMPLETED = {
-    _core.ColorByDistance: _by_distance,
-    _core.ColorByValue: _by_value,
-    _core.ColorByThickness: _by_thickness,
+    ColorByDistance: _by_distance,
+    ColorByValue: _by_value,
+    ColorByThickness: _by_thickness,
 }

@@ -17,6 +17,15 @@ from ..base.parameters import check_count, check_type, unit_vector
 from ..base.signatures import explained_methods
 from ..base.values import parts
 from ..cameras import OrthographicCamera, PanoramicCamera
+from ..color_rules import (
+    ColorByCurvature,
+    ColorByDepth,
+    ColorByDistance,
+    ColorByNormal,
+    ColorByThickness,
+    ColorByValue,
+    ColorByVolume,
+)
 from ..lights import DirectionalLight
 from ..looks import AmbientOcclusion, Material, Phong
 from ..suggest.presentation import suggested_view
@@ -42,15 +51,15 @@ _UNTIL_GROUND = 0.7
 
 # The colours of cuts that show values, and what they have in pictures of light. Rules are not lit.
 _RULES = (
-    _core.ColorByVolume,
-    _core.ColorByCurvature,
-    _core.ColorByNormal,
-    _core.ColorByDepth,
-    _core.ColorByDistance,
-    _core.ColorByValue,
-    _core.ColorByThickness,
+    ColorByVolume,
+    ColorByCurvature,
+    ColorByNormal,
+    ColorByDepth,
+    ColorByDistance,
+    ColorByValue,
+    ColorByThickness,
 )
-_BLACK = _core.ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
+_BLACK = ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
 
 
 @explained_methods

@@ -9,10 +9,12 @@ import numpy as np
 
 from .. import _core
 from ..base.system import without_warnings
+from ..color_rules import ColorByCurvature, ColorByNormal, ColorByVolume
 from ..colors import CURVATURES
 from ..lights import DirectionalLight
 from ..looks import AmbientOcclusion, Material, Outline, Phong
 from ..picture.defaults import STUDIO_SAMPLES
+from ..picture.environments import EnvironmentLight
 from ..picture.path_tracer import PathTracer
 from ..picture.progressive import ProgressiveRenderer
 from ..picture.rendering import render
@@ -65,12 +67,12 @@ def color_rule(each, document):
     if each.color_by == "color":
         return each.color
     if each.color_by == "normal":
-        return _core.ColorByNormal()
+        return ColorByNormal()
     if each.color_by in CURVATURES:
         kind = CURVATURES[each.color_by]
-        return _core.ColorByCurvature(kind, each.cmap, limits=each.limits or default_limits(each, document))
+        return ColorByCurvature(kind, each.cmap, limits=each.limits or default_limits(each, document))
     volume = document[each.color_by].item
-    return _core.ColorByVolume(volume, each.cmap, limits=each.limits or default_limits(each, document))
+    return ColorByVolume(volume, each.cmap, limits=each.limits or default_limits(each, document))
 
 
 def default_limits(each, document):
@@ -91,7 +93,7 @@ def cap_color(state, each, document):
     source = document[each.source]
     shown = state.slices
     window = shown.window if shown.window and shown.volume == each.source else source.window()
-    return _core.ColorByVolume(source.item, "gray", limits=window)
+    return ColorByVolume(source.item, "gray", limits=window)
 
 
 class PictureMaker:
@@ -276,6 +278,6 @@ def path_tracing_lights(camera):
     right, up, forward = camera.camera().world_to_camera[:3, :3]
     direction = forward + LAMP_RIGHT * right + LAMP_UP * up
     return [
-        _core.EnvironmentLight(SKY),
+        EnvironmentLight(SKY),
         DirectionalLight(tuple(direction.tolist()), intensity=LAMP * math.pi),
     ]

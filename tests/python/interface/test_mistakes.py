@@ -156,7 +156,7 @@ MISTAKES = {
     ),
     "one limit": (
         lambda s: isospline.ColorByVolume(s.volume, limits=3),
-        "limits: expected two numbers or None, got 3",
+        "limits: expected two numbers, got 3",
         None,
     ),
     "no objects": (lambda s: isospline.Scene(5), "objects: expected isosurfaces and meshes, got 5", None),

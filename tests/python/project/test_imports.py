@@ -10,9 +10,9 @@ import pytest
 #: docs/architecture.md.
 LAYERS = (
     {"base"},
-    {"cameras", "clips", "colors", "farthest", "lights"},
-    {"certificates", "distances", "io", "levels", "looks", "volumes"},
-    {"derivatives", "interop", "labels", "store", "suggest"},
+    {"cameras", "clips", "colors", "farthest", "io", "lights"},
+    {"certificates", "distances", "interop", "levels", "looks", "volumes"},
+    {"color_rules", "derivatives", "labels", "store", "suggest"},
     {"picture", "research", "torch"},
     {"distributed", "viewer"},
     {"measures", "showing"},

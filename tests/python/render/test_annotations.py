@@ -6,6 +6,7 @@ from PIL import ImageDraw
 from spheres import mesh_sphere, sphere
 
 import isospline
+from isospline.base.values import part
 from isospline.colors import linear_to_srgb
 from isospline.picture.annotations import font_for, ticks
 from isospline.picture.cameras import camera_beside, cameras_around
@@ -42,7 +43,7 @@ def test_the_colors_of_a_colour_bar(limits):
     length = round(0.6 * SIZE[1])
     first, last = (SIZE[1] - length) // 2, (SIZE[1] - length) // 2 + length - 1
     places = 1 - (np.arange(length) + 0.5) / length
-    expected = np.stack([np.interp(places, [0, 0.5, 1], part) for part in rule._cmap().T], axis=-1)
+    expected = np.stack([np.interp(places, [0, 0.5, 1], part) for part in part(rule, "cmap").T], axis=-1)
     right = image.color[first : last + 1, SIZE[0] // 2 :, :3]
     errors = np.abs(right - expected[:, None]).max(axis=(0, 2))
     assert (errors < 1e-6).sum() == round(0.025 * SIZE[0])  # columns of the bar

@@ -134,7 +134,7 @@ def test_by_normal_and_by_depth(camera):
     np.testing.assert_allclose(values, image.depth[seen], atol=2e-6)
     # By default, from the nearest corner of the scene's box to the farthest.
     color = isospline.ColorByDepth(RAMP)
-    assert color.limits is None and repr(color) == "ColorByDepth()"
+    assert color.limits is None and repr(color) == "ColorByDepth(cmap=array(2, 3), limits=None)"
     lower, upper = scene.bounds
     corners = np.stack(np.meshgrid(*zip(lower, upper)), axis=-1).reshape(-1, 3)
     depths = corners @ camera.world_to_camera[2, :3] + camera.world_to_camera[2, 3]
@@ -236,7 +236,7 @@ def test_shadings_keep_their_colors():
         assert type(phong.color) is type(color) and f"color={color!r}, ambient" in repr(phong)
         outline = isospline.Outline(surface_color=color)
         assert repr(outline.surface_color) == repr(color) and repr(color) in repr(outline)
-    assert repr(color) == "ColorByDepth(limits=(1, 3))"
+    assert repr(color) == "ColorByDepth(cmap=array(2, 3), limits=(1, 3))"
     np.testing.assert_array_equal(isospline.Phong(color=(0.1, 0.2, 1)).color, (0.1, 0.2, 1))
 
 

@@ -8,6 +8,7 @@ import pytest
 from spheres import mesh_sphere, sphere
 
 import isospline
+from isospline.base.values import part
 
 SIZE = (48, 36)
 CENTER = 11.5
@@ -25,8 +26,8 @@ def distance_from_box(points):
 
 
 def expected(rule, distances):
-    places = np.linspace(*rule.limits, len(rule._cmap()))
-    return np.stack([np.interp(distances, places, part) for part in np.asarray(rule._cmap()).T], axis=-1)
+    places = np.linspace(*rule.limits, len(part(rule, "cmap")))
+    return np.stack([np.interp(distances, places, part) for part in np.asarray(part(rule, "cmap")).T], axis=-1)
 
 
 def colors(surface, rule, **options):
@@ -87,7 +88,8 @@ def test_the_objects_are_those_of_the_moment_and_come_back():
     assert rule == rule.replace(label="deviation in mm") != rule.replace(limits=(0, 1))
     again = pickle.loads(pickle.dumps(rule))
     assert (again.signed, again.limits, again.label) == (True, (-4, 4), "deviation in mm")
-    assert repr(rule) == "ColorByDistance(Scene(1 objects), limits=(-4, 4))"
+    shown = "other=Scene(1 objects), cmap=array(256, 3), limits=(-4, 4), signed=True, label='deviation in mm'"
+    assert repr(rule) == f"ColorByDistance({shown})"
 
 
 @pytest.mark.parametrize(

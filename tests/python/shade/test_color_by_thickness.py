@@ -157,10 +157,10 @@ def test_the_solid_is_that_of_the_moment_and_comes_back():
     again = pickle.loads(pickle.dumps(rule))
     assert again == rule == rule.replace(label="") != rule.replace(method="max_sphere")
     assert (again.limits, again.method, again.ripple, again.surface.level) == ((0, 20), "ray", None, 64.0)
-    assert (repr(rule), repr(isospline.ColorByThickness())) == (
-        "ColorByThickness(limits=(0, 20))",
-        "ColorByThickness()",
+    assert repr(rule).startswith(
+        "ColorByThickness(cmap=array(2, 3), limits=(0, 20), method='ray', ripple=None, surface="
     )
+    assert "surface=None, transform=array(4, 4)" in repr(isospline.ColorByThickness())
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import pytest
 from spheres import mesh_sphere, moved, sphere
 
 import isospline
+from isospline.base.values import part
 
 SIZE = (64, 48)
 CORNERS = np.array([(0.0, 0.0, 0.0), (4.0, 0.0, 1.0), (0.5, 3.0, 0.0)])
@@ -41,8 +42,8 @@ def between(points, corners=CORNERS, numbers=NUMBERS):
 
 def mapped(values, rule, limits):
     fractions = (values - limits[0]) / (limits[1] - limits[0])
-    places = np.linspace(0, 1, len(rule._cmap()))
-    return np.stack([np.interp(fractions, places, part) for part in np.asarray(rule._cmap()).T], axis=-1)
+    places = np.linspace(0, 1, len(part(rule, "cmap")))
+    return np.stack([np.interp(fractions, places, part) for part in np.asarray(part(rule, "cmap")).T], axis=-1)
 
 
 def test_values_are_linear_over_a_triangle():
@@ -163,5 +164,5 @@ def test_words_of_pyvista_are_answered():
         isospline.ColorByValue(clim=(0, 1))
     with pytest.raises(ValueError, match="^limits: expected two finite numbers that differ, got 1 and 1$"):
         isospline.ColorByValue(limits=(1, 1))
-    assert repr(isospline.ColorByValue()) == "ColorByValue()"
-    assert repr(isospline.ColorByValue(limits=(0, 2))) == "ColorByValue(limits=(0, 2))"
+    assert repr(isospline.ColorByValue()) == "ColorByValue(cmap=array(256, 3), limits=None, label='')"
+    assert repr(isospline.ColorByValue(limits=(0, 2))) == "ColorByValue(cmap=array(256, 3), limits=(0, 2), label='')"
