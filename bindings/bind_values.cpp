@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <unordered_map>
 #include <variant>
 
 namespace py = pybind11;
@@ -59,6 +61,31 @@ py::object value_part(const py::handle& value, const char* name)
 {
     const py::dict exact = value.attr("_exact");
     return exact.contains(name) ? py::object(exact[name]) : py::object(value.attr(name));
+}
+
+py::object material_in_python(const std::shared_ptr<const Material>& material)
+{
+    if (!material)
+        return py::none();
+    const auto is_rule = [](const CapColor& color) { return color && !std::holds_alternative<glm::dvec3>(*color); };
+    if (is_rule(material->color) || is_rule(material->cap_color)) // what is kept must not hold volumes
+        return py::cast(*material);
+    struct Made {
+        std::weak_ptr<const Material> material;
+        py::object value;
+    };
+    static auto* const made = new std::unordered_map<const Material*, Made>; // as long as the process, like known()
+    static std::size_t limit = 64;
+    const auto found = made->find(material.get());
+    if (found != made->end() && found->second.material.lock() == material)
+        return found->second.value;
+    if (made->size() >= limit) {
+        std::erase_if(*made, [](const auto& each) { return each.second.material.expired(); });
+        limit = std::max<std::size_t>(64, 2 * made->size());
+    }
+    const py::object value = py::cast(*material);
+    made->insert_or_assign(material.get(), Made{material, value});
+    return value;
 }
 
 void bind_values(py::module_& module)

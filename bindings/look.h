@@ -60,10 +60,7 @@ void bind_look(Class& object_class)
     const auto material_of = [](const Object& object) { return object.material(); };
     object_class
         .def_property_readonly(
-            "material",
-            [=](const Object& object) {
-                return material_of(object) ? std::optional(*material_of(object)) : std::nullopt;
-            },
+            "material", [=](const Object& object) { return material_in_python(material_of(object)); },
             "Its look, or None.")
         .def_property_readonly(
             "color",

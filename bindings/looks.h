@@ -7,6 +7,9 @@
 #include "isospline/shade/material.h"
 #include "isospline/shade/shading.h"
 
+#include <pybind11/pybind11.h>
+
+#include <memory>
 #include <tuple>
 
 namespace isospline {
@@ -67,5 +70,8 @@ struct ValueConversion<Material> : ConversionByFields<Material> {
                                        Field{"silhouette_exponent", &Material::silhouette_exponent},
                                        Field{"name", &Material::name}};
 };
+
+/// The material in Python, or None. Pictures ask for those of all objects, so the same one is given each time.
+pybind11::object material_in_python(const std::shared_ptr<const Material>& material);
 
 } // namespace isospline

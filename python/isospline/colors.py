@@ -23,7 +23,7 @@ BACKGROUND = "#e8ebef"
 
 def linear_to_srgb(linear: ArrayLike) -> NDArray[np.float64]:
     """The transfer curve of sRGB (IEC 61966-2-1), for values that are clipped to [0, 1]."""
-    linear = np.clip(linear, 0.0, 1.0)
+    linear = np.minimum(np.maximum(linear, 0.0), 1.0)  # np.clip takes longer for one colour
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 

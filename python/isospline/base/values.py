@@ -40,10 +40,8 @@ def parts(value):
 
 def part(value, name):
     """A parameter of a value's constructor, exactly as it is kept."""
-    if isinstance(value, Value):
-        return value._exact.get(name, getattr(value, name))
-    given = getattr(value, f"_{name}", None)  # the original argument, if the attribute has a derived value
-    return getattr(value, name) if given is None else given()
+    exact = getattr(value, "_exact", {})
+    return exact[name] if name in exact else getattr(value, name)
 
 
 def _replace(self, **changes):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..color_rules import ColorByDistance, ColorByThickness, ColorByValue
+from ..color_rules.rule import _MeasuredRule
 from ..looks import Material
 
 #: The colours of a material or a shading.
@@ -17,7 +18,6 @@ COLORS = ("color", "surface_color", "cap_color")
 #: An object and its transform.
 Placed = tuple[Any, NDArray[np.float64]]
 
-_OF_OBJECTS = (ColorByDistance, ColorByValue, ColorByThickness)
 # Points of an object for the limits of its distances or its thickness, and the part of them within.
 _POINTS, _WITHIN = 500, 0.98
 
@@ -25,7 +25,8 @@ _POINTS, _WITHIN = 500, 0.98
 def own_material(item: Any) -> Material | None:
     """The material of an object. The colour of a mesh with different values and no colour is by its values."""
     material: Material | None = item.material
-    is_bare = isinstance(item, _core.Mesh) and item._colors() is None and item.color is None
+    has_no_color = material is None or material.color is None
+    is_bare = isinstance(item, _core.Mesh) and item._colors() is None and has_no_color
     if is_bare and item.values is not None and _differ(item.values):
         return (material or Material()).replace(color=ColorByValue())
     return material
@@ -34,7 +35,7 @@ def own_material(item: Any) -> Material | None:
 def depends_on_object(rule: Any) -> bool:
     """Whether a colour is a rule that is not complete without an object."""
     is_of_any = isinstance(rule, ColorByThickness) and rule.surface is None
-    return is_of_any or (isinstance(rule, _OF_OBJECTS) and rule.limits is None)
+    return is_of_any or (isinstance(rule, _MeasuredRule) and rule.limits is None)
 
 
 def without_object(rule: Any) -> Any:
@@ -62,7 +63,7 @@ def completed(looks: Mapping[int, Any], items: Mapping[int, Placed]) -> dict[int
 
 
 def _rules(look):
-    return {name: rule for name in COLORS if isinstance(rule := getattr(look, name, None), _OF_OBJECTS)}
+    return {name: rule for name in COLORS if isinstance(rule := getattr(look, name, None), _MeasuredRule)}
 
 
 def _differ(values):

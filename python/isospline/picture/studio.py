@@ -17,15 +17,8 @@ from ..base.parameters import check_count, check_type, unit_vector
 from ..base.signatures import explained_methods
 from ..base.values import parts
 from ..cameras import OrthographicCamera, PanoramicCamera
-from ..color_rules import (
-    ColorByCurvature,
-    ColorByDepth,
-    ColorByDistance,
-    ColorByNormal,
-    ColorByThickness,
-    ColorByValue,
-    ColorByVolume,
-)
+from ..color_rules import ColorByDepth
+from ..color_rules.rule import _ColorRule
 from ..lights import DirectionalLight
 from ..looks import AmbientOcclusion, Material, Phong
 from ..suggest.presentation import suggested_view
@@ -49,16 +42,7 @@ _MARGIN = 2 * _core.BLOCK_REACH
 # The part of the time until the ground is drawn.
 _UNTIL_GROUND = 0.7
 
-# The colours of cuts that show values, and what they have in pictures of light. Rules are not lit.
-_RULES = (
-    ColorByVolume,
-    ColorByCurvature,
-    ColorByNormal,
-    ColorByDepth,
-    ColorByDistance,
-    ColorByValue,
-    ColorByThickness,
-)
+# What cuts that show values have in pictures of light: rules are not lit.
 _BLACK = ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
 
 
@@ -289,7 +273,7 @@ def phong_of(material: Material) -> Phong:
 
 def _without_values(looks):
     """The looks with black cuts in place of those that show values, and looks of these values alone; {} without any."""
-    ids = [id for id, look in looks.items() if isinstance(look.cap_color, _RULES)]
+    ids = [id for id, look in looks.items() if isinstance(look.cap_color, _ColorRule)]
     if not ids:
         return looks, {}
     dark = {id: look.replace(lights=[], shadows=False, ambient=0, cap_color=None) for id, look in looks.items()}
