@@ -88,7 +88,7 @@ test-fast: .venv/.linked ## build what has changed and run the fast tests, a min
 
 develop: .venv/.linked ## build the package and link it into .venv: edits of Python files need no installation
 
-stubs: .venv/.linked ## write python/isospline/_core.pyi from the compiled module and tools/stub_overlay.pyi
+stubs: .venv/.linked ## write python/isospline/_core.pyi from the compiled module
 	@$(python) tools/write_stub.py
 
 # The rows of the benchmark run once for each state of bench/.

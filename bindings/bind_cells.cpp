@@ -27,67 +27,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* cell_at_doc = R"(The cells of primitive ids.
-
-A cell is a unit cube in which the model is one polynomial: centred on the sample (x, y, z) for even degrees, from there
-to (x + 1, y + 1, z + 1) for odd ones. Its primitive id is its place in the grid of all cells, x varying fastest:
-``x + nx * (y + ny * z)``, with as many cells as samples along each axis for even degrees, and one fewer for odd ones.
-It is the same for every level and every surface of the volume.
-
-Parameters
-----------
-primitive_ids : (...) integer array
-    Ids below `cell_count`, so neither misses nor caps.
-
-Returns
--------
-(..., 3) int32 array
-    x, y and z of each cell.
-
-Raises
-------
-ValueError
-    For an id that does not belong to a cell, such as that of a cap or of a miss.
-TypeError
-    For ids that are not integers.
-
-Examples
---------
->>> import isospline
->>> field = isospline.volumes.sphere(0.7)
->>> volume = field.volume(32)
->>> hits = isospline.Scene([isospline.Isosurface(volume, field.level)]).cast_rays([(0.1, -2, 0.2, 0, 1, 0)])
->>> volume.cell_at(hits["primitive_ids"])
-array([[17,  5, 19]], dtype=int32)
-)";
-
-constexpr const char* primitive_id_doc = R"(The primitive ids of cells: the inverse of `cell_at`.
-
-Parameters
-----------
-cells : (..., 3) integer array
-    x, y and z of each cell, such as `Shell.cells`.
-
-Returns
--------
-(...) uint64 array
-
-Raises
-------
-ValueError
-    For a cell outside of the volume, and for another shape.
-TypeError
-    For indices that are not integers.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> volume = isospline.Volume(np.zeros((5, 6, 7)))
->>> volume.primitive_id([(6, 5, 4), (1, 2, 3)])
-array([209, 141], dtype=uint64)
-)";
-
 template <typename Number>
 py::array_t<Number, py::array::c_style | py::array::forcecast> as_integers(const py::object& value,
                                                                            const char* parameter)
@@ -132,43 +71,6 @@ py::array_t<std::uint64_t> primitive_id(const Volume& volume, const py::object& 
     return result;
 }
 
-constexpr const char* coefficient_weights_doc = R"(The model at points as weighted sums of coefficients.
-
-f(x) is the sum of the weights times ``volume.coefficients.ravel("K")[indices]``. So it is for the gradient, with
-gradients for weights.
-
-Parameters
-----------
-points : (..., 3) float array, world units
-    Positions x, y, z. Outside of the volume the model continues by its boundary rule.
-
-Returns
--------
-indices : (..., (n+1)^3) int64 array
-    Places of coefficients, x + nx (y + ny z), for a volume of degree n. Beyond the border, one of them may occur more
-    than once.
-weights : (..., (n+1)^3) float64 array
-    The B-splines at the points; their sum is 1.
-gradients : (..., (n+1)^3, 3) float64 array
-    Their gradients by world coordinates.
-
-Raises
-------
-ValueError
-    For points of another shape, for points that are not finite, and for points more than 1e9 voxels away.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> volume = isospline.volumes.sphere().volume(16)
->>> points = np.array([(0.1, 0.2, 0.3), (0.5, 0.0, -0.25)])
->>> indices, weights, gradients = volume.coefficient_weights(points)
->>> values = (weights * volume.coefficients.ravel("K")[indices]).sum(axis=-1)
->>> bool(abs(values - volume.sample(points)).max() < 1e-6)
-True
-)";
-
 py::tuple coefficient_weights(const Volume& volume, const py::object& points)
 {
     const RowArray positions(points, "points", 3);
@@ -203,11 +105,10 @@ py::tuple coefficient_weights(const Volume& volume, const py::object& points)
 void bind_cells(py::module_& module)
 {
     py::class_<Volume, std::shared_ptr<Volume>> volume(module.attr("Volume"));
-    volume.def("coefficient_weights", &coefficient_weights, py::arg("points"), coefficient_weights_doc)
-        .def("cell_at", &cell_at, py::arg("primitive_ids"), cell_at_doc)
-        .def("primitive_id", &primitive_id, py::arg("cells"), primitive_id_doc)
-        .def_property_readonly("cell_count", &Volume::cell_count,
-                               "Number of cells. Primitive ids of cells are below it, those of caps are not.");
+    volume.def("coefficient_weights", &coefficient_weights)
+        .def("cell_at", &cell_at)
+        .def("primitive_id", &primitive_id)
+        .def_property_readonly("cell_count", &Volume::cell_count);
 }
 
 } // namespace isospline

@@ -22,70 +22,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* list_intersections_doc = R"(All crossings of each ray with the scene, in the order of t.
-
-Each crossing is listed once, even on a face between cells, or on an edge or a corner of triangles. The crossings of a
-closed isosurface, for example one with ``closed=True``, alternately enter and leave.
-
-Parameters
-----------
-rays : (..., 6) array_like, float32 or float64
-    As in `cast_rays`; ray i is the i-th in C order.
-directions : (..., 3) array_like, optional
-    As in `cast_rays`.
-t_near, t_far : float
-    Only crossings with t in [t_near, t_far] count.
-
-Returns
--------
-Crossings
-    For N rays and M crossings. The crossings of ray i are the items from ``ray_splits[i]`` to ``ray_splits[i + 1]``.
-
-    ``ray_splits``: (N + 1,) int64. ``ray_ids``: (M,) int64. ``t_hit``: (M,) float64. ``geometry_ids``:
-    (M,) uint32. ``primitive_ids``: (M,) uint64, as in `cast_rays`. ``primitive_uvs``: (M, 2) float32, weights of a
-    triangle's second and third corner, 0 for isosurfaces. ``primitive_normals``: (M, 3) float64, as in `cast_rays`.
-    ``positions``: (M, 3) float64, world space. ``entering``: (M,) bool, whether the ray goes to the inner side,
-    <normal, direction> < 0.
-
-Raises
-------
-ValueError, TypeError
-    As in `cast_rays`.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
->>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
->>> scene = isospline.Scene([isospline.Isosurface(volume, 5.0, inside="below")])
->>> crossings = scene.list_intersections([(-20, 0, 0, 1, 0, 0)])
->>> np.round(crossings["t_hit"]).tolist(), crossings["entering"].tolist()
-([15.0, 25.0], [True, False])
-)";
-
-constexpr const char* count_intersections_doc = R"(The number of crossings of each ray with the scene.
-
-Parameters
-----------
-rays, directions, t_near, t_far
-    As in `list_intersections`.
-certify : bool
-    Returns instead whether the number is proven to be odd; for the scenes of `cast_rays` with `certify`.
-
-Returns
--------
-(...) int32 array, or uint8 array
-    The number of crossings. With `certify`, 0 for a number that is proven to be even, 1 for one that is proven to be
-    odd, and 2 for one that is undecided, because an end of the ray, or of its part in the volume, is on a surface to
-    within rounding.
-
-Raises
-------
-ValueError, TypeError
-    As in `cast_rays`.
-)";
-
 /// All crossings of the rays of one chunk.
 struct CrossingChunk {
     std::vector<Crossing> crossings;
@@ -195,13 +131,9 @@ py::array count_intersections(Scene& scene, const py::object& rays, const py::ob
 
 void bind_crossings(py::module_& module)
 {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
     py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
-        .def("list_intersections", &list_intersections, py::arg("rays"), py::arg("directions") = py::none(),
-             py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, list_intersections_doc)
-        .def("count_intersections", &count_intersections, py::arg("rays"), py::arg("directions") = py::none(),
-             py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, py::arg("certify") = false,
-             count_intersections_doc);
+        .def("list_intersections", &list_intersections)
+        .def("count_intersections", &count_intersections);
 }
 
 } // namespace isospline

@@ -29,10 +29,12 @@ std::shared_ptr<EnvironmentMap> as_map(const py::object& image)
                                             std::vector<glm::vec3>(first, first + numbers.shape(0) * numbers.shape(1)));
 }
 
-py::array_t<float> image_of(const EnvironmentMap& map)
+/// The pixels of a map, without a copy.
+py::object image_of(const py::object& self)
 {
+    const auto& map = self.cast<const EnvironmentMap&>();
     const Shape shape{map.size().y, map.size().x, 3};
-    return py::array_t<float>(shape, reinterpret_cast<const float*>(map.pixels().data()));
+    return read_only(py::array_t<float>(shape, reinterpret_cast<const float*>(map.pixels().data()), self));
 }
 
 } // namespace
@@ -55,8 +57,6 @@ void bind_environment(py::module_& module)
     py::class_<EnvironmentMap, std::shared_ptr<EnvironmentMap>>(module, "_EnvironmentMap")
         .def(py::init(&as_map), py::arg("image"))
         .def_property_readonly("image", &image_of);
-    module.def(
-        "_check_environment", [](const EnvironmentLight& light) { validate(light); }, py::arg("light"));
 }
 
 } // namespace isospline

@@ -15,39 +15,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* extent_doc = R"(The extent, along directions, of all objects that the camera sees.
-
-.. math:: \min_x \langle n, x \rangle, \quad \max_x \langle n, x \rangle
-
-over all points x of meshes, surfaces and caps, after all cuts. `camera_for` fits this extent into the image. Objects
-that the camera does not see are left out.
-
-Parameters
-----------
-directions : (..., 3) array_like of numbers
-    The vectors n, of any length, in world space.
-
-Returns
--------
-(..., 2) float64 array
-    The smallest and the largest product; world units if n has unit length. For isosurfaces, the interval may be wider
-    than the exact one, by less than two cells at each end. inf and -inf if no object is visible.
-
-Raises
-------
-ValueError
-    For a direction that is not finite.
-
-Examples
---------
->>> import isospline
->>> field = isospline.volumes.torus()
->>> torus = field.volume(64)
->>> isospline.Scene([isospline.Isosurface(torus, field.level)]).extent([(0, 0, 1), (1, 1, 0)]).round(1)
-array([[-0.3,  0.3],
-       [-1.2,  1.2]])
-)";
-
 py::array_t<double> extent_of(Scene& scene, const py::object& directions)
 {
     const RowArray rows(directions, "directions", 3);
@@ -71,8 +38,7 @@ py::array_t<double> extent_of(Scene& scene, const py::object& directions)
 
 void bind_extent(py::module_& module)
 {
-    py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
-        .def("extent", &extent_of, py::arg("directions"), extent_doc);
+    py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene")).def("extent", &extent_of);
 }
 
 } // namespace isospline

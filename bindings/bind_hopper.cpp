@@ -26,83 +26,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* hopper_doc = R"(Plain voxel hopping, as in the paper [1]_: the baseline for a `Scene`.
-
-A ray hops from voxel to voxel through a dense binary array. In voxels of the shell, the surface's own method
-intersects it. The hits are the same as in a scene of this surface.
-
-Parameters
-----------
-surface : Isosurface
-    A change of its level takes effect at the next query.
-strides : bool
-    Whether empty bricks of 8 x 8 x 8 voxels are crossed in one step, as the octree that the paper suggests does.
-
-Raises
-------
-ValueError
-    For a surface that is capped or closed.
-
-Notes
------
-The paper observes that the average hop is "about 0.653" of a voxel's edge long, and leaves the exact value to the
-reader. Over lines that are uniform and isotropic it is the mean chord of a unit cube, by Cauchy's formula
-
-.. math:: \frac{4 V}{S} = \frac{4 \cdot 1}{6} = \frac{2}{3}.
-
-Parallel lines of direction d have the mean chord V / (area of the shadow) = :math:`1 / (|d_x| + |d_y| + |d_z|)`,
-between 0.577 along a diagonal and 1 along an axis. A picture looks along few directions, so its average differs.
-
-References
-----------
-.. [1] P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001, sections 3 and 4.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
->>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
->>> hopper = isospline.research.VoxelHopper(isospline.Isosurface(volume, 5.0, inside="below"))
->>> bool(abs(hopper.cast_rays([(-20, 0, 0, 1, 0, 0)])["t_hit"][0] - 15.0) < 0.01)
-True
->>> round(hopper.statistics["mean_hop_length"], 6)
-1.0
-)";
-
-constexpr const char* cast_rays_doc = R"(First crossing of each ray with the surface.
-
-Parameters
-----------
-rays : (..., 6) array_like, float32 or float64
-    Origin and direction, ox oy oz dx dy dz, in world units. Directions need not have length one.
-t_near, t_far : float
-    Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
-outputs : sequence of str
-    Names of the arrays to return, as in `Scene.cast_rays`.
-dtype : dtype, optional
-    Type of arrays of real numbers, float64 or float32; by default that of the rays.
-
-Returns
--------
-Hits
-    As in `Scene.cast_rays`; the geometry id is 0.
-
-Raises
-------
-ValueError
-    If `rays` has another shape, an origin or direction is not finite, a direction is zero, the limits are NaN, an
-    output name is unknown, or `dtype` is another type.
-TypeError
-    If `rays` does not hold real numbers.
-)";
-
-constexpr const char* statistics_doc = R"(HopStatistics: of the rays of the last `cast_rays`.
-
-``hops``: from one voxel to the next. ``strides``: across empty bricks. ``evaluated_cells``: cells of the shell in which
-the surface was searched. ``mean_hop_length``: of hops and strides, in voxels, or 0 without any. Hops end on the faces
-of voxels, so the part from the last face to the hit does not count.)";
-
 /// A hopper that follows the level of a surface, and the statistics of its last query.
 class FollowingHopper {
 public:
@@ -206,18 +129,13 @@ py::object to_result(const HopStatistics& statistics)
 
 void bind_hopper(py::module_& module)
 {
-    py::class_<FollowingHopper>(module, "VoxelHopper", hopper_doc)
-        .def(py::init(&make_hopper), py::arg("surface"), py::kw_only(), py::arg("strides") = false)
-        .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("outputs") = default_hit_outputs(),
-             py::arg("dtype") = py::none(), cast_rays_doc)
-        .def_property_readonly(
-            "statistics", [](const FollowingHopper& following) { return to_result(following.last); }, statistics_doc)
-        .def_property_readonly("surface", &FollowingHopper::surface, "The surface.")
-        .def_property_readonly(
-            "strides", [](const FollowingHopper& following) { return following.options().strides; },
-            "Whether empty bricks are crossed at once.")
-        .def_property_readonly("memory", &memory, "Bytes held by the binary array and its index, at the current level.")
+    py::class_<FollowingHopper>(module, "VoxelHopper")
+        .def(py::init(&make_hopper))
+        .def("cast_rays", &cast_rays)
+        .def_property_readonly("statistics", [](const FollowingHopper& following) { return to_result(following.last); })
+        .def_property_readonly("surface", &FollowingHopper::surface)
+        .def_property_readonly("strides", [](const FollowingHopper& following) { return following.options().strides; })
+        .def_property_readonly("memory", &memory)
         .def("__repr__", [](const FollowingHopper& following) {
             return std::string("VoxelHopper(strides=") + (following.options().strides ? "True" : "False") + ")";
         });

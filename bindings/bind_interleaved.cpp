@@ -71,11 +71,8 @@ py::array_t<float> mean_of(const FloatArray& numbers, const FloatArray& weights)
 void bind_interleaved(py::module_& module)
 {
     module.attr("BLOCK_REACH") = block_reach;
-    module.def("seen_parts", &seen_parts_of, py::arg("lights"), py::arg("guides"),
-               "The parts (height, width) of lights that arrive at each pixel: for each light, images of the same rays "
-               "with and without shadows. The guides have the layers position, normal and geometry_ids.");
-    module.def("mean_on_plane", &mean_of, py::arg("numbers"), py::arg("weights"),
-               "The means of numbers (height, width) over the block around each pixel; 0 where all weights are.");
+    module.def("seen_parts", &seen_parts_of, py::arg("lights"), py::arg("guides"));
+    module.def("mean_on_plane", &mean_of, py::arg("numbers"), py::arg("weights"));
 }
 
 } // namespace isospline

@@ -24,53 +24,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* mesh_doc = R"(A triangle mesh.
-
-Parameters
-----------
-vertices : (V, 3) array_like of numbers, world units
-    Positions, kept in double precision. Or, without faces, a mesh of trimesh, PyVista, VTK or meshio.
-faces : (F, 3) array_like of integers, optional
-    Rows of `vertices`. Seen from outside, the corners of a face are in counter-clockwise order.
-normals : (V, 3) array_like of numbers, optional
-    Outward normals at the vertices, of any length. They are interpolated across each face for shading. Ray queries
-    return the normals of the faces.
-colors : (V, 3) array_like of numbers, str or sequence of str, optional
-    Colours at the vertices, interpolated across each face: sRGB from 0 to 1, or from 0 to 255 if the type is uint8;
-    or names, one for all vertices or one each. They are multiplied by the colour of a `Phong`, white by
-    default, or of a `Material`.
-material : Material, optional
-    Its look. A `PathTracer` or a `Studio` may have another material for it, and a dict of lights another look.
-color : str, float, (3,) float, or a rule such as ColorByVolume, optional
-    Its colour, in place of `material`; as in `Material`. The colours of the vertices are multiplied by it. By
-    default, the light decides.
-opacity : float, optional
-    Its opacity from 0 to 1, in place of `material`. Path tracers draw all surfaces opaque.
-name : str, optional
-    What legends call it.
-values : (V,) array_like of numbers, optional
-    A number at each vertex, such as a temperature; NaN where it is unknown. Files and other libraries keep them.
-    Without `colors` and a colour, pictures show them by `ColorByValue`, unless all are the same.
-values_name : str
-    What the values are called in files, in other libraries and above the colour bar: ``"temperature in K"``.
-
-Raises
-------
-ValueError
-    If a vertex is not finite, a face refers to a vertex that does not exist, normals or colours are not finite or not
-    one for each vertex, values are not one for each vertex, or a colour is outside of 0 to 1.
-TypeError
-    If the faces are not integers, or missing for an array of vertices. Also for a color, opacity or name together with
-    a material.
-
-Examples
---------
->>> import isospline
->>> mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
->>> mesh.faces.shape
-(1, 3)
-)";
-
 std::vector<glm::dvec3> as_vectors(const py::object& value, const char* parameter)
 {
     const py::array array = as_array(value, parameter, "iuf");
@@ -142,13 +95,12 @@ py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& v
                                          reinterpret_cast<const double*>(vectors.data()), self));
 }
 
-/// A mesh of another library, with some of its attributes replaced.
+/// A mesh with some of its attributes replaced.
 std::shared_ptr<Mesh> converted_mesh(const py::object& given, const py::object& normals, const py::object& colors,
                                      std::shared_ptr<const Material> material, const py::object& values,
                                      std::string values_name)
 {
-    const py::object as_mesh = handed("mesh_without_faces");
-    const auto mesh = as_mesh(given).cast<std::shared_ptr<Mesh>>();
+    const auto mesh = given.cast<std::shared_ptr<Mesh>>();
     const std::size_t count = mesh->vertices().size();
     return std::make_shared<Mesh>(mesh->vertices(), mesh->faces(),
                                   normals.is_none() ? mesh->normals() : as_vertex_vectors(normals, "normals", count),
@@ -198,40 +150,30 @@ std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& fa
 
 void bind_mesh(py::module_& module)
 {
-    py::class_<Mesh, std::shared_ptr<Mesh>> mesh_class(module, "Mesh", mesh_doc);
-    bind_look(mesh_class);
-    mesh_class
-        .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces") = py::none(), py::arg("normals") = py::none(),
-             py::arg("colors") = py::none(), py::arg("material") = py::none(), py::arg("values") = py::none(),
-             py::arg("values_name") = VertexValues().name, py::kw_only(), py::arg("color") = py::none(),
-             py::arg("opacity") = py::none(), py::arg("name") = py::none())
+    py::class_<Mesh, std::shared_ptr<Mesh>> mesh_class(module, "Mesh");
+    mesh_class.def(py::init(&make_mesh))
+        .def_property_readonly("material", [](const Mesh& self) { return material_in_python(self.material()); })
+        .def_property_readonly("vertices",
+                               [](const py::object& self) {
+                                   const auto& vertices = self.cast<const Mesh&>().vertices();
+                                   return read_only(
+                                       py::array_t<double>({static_cast<py::ssize_t>(vertices.size()), py::ssize_t{3}},
+                                                           reinterpret_cast<const double*>(vertices.data()), self));
+                               })
+        .def_property_readonly("faces",
+                               [](const py::object& self) {
+                                   const auto& faces = self.cast<const Mesh&>().faces();
+                                   return read_only(py::array_t<std::uint32_t>(
+                                       {static_cast<py::ssize_t>(faces.size()), py::ssize_t{3}},
+                                       reinterpret_cast<const std::uint32_t*>(faces.data()), self));
+                               })
         .def_property_readonly(
-            "vertices",
-            [](const py::object& self) {
-                const auto& vertices = self.cast<const Mesh&>().vertices();
-                return read_only(py::array_t<double>({static_cast<py::ssize_t>(vertices.size()), py::ssize_t{3}},
-                                                     reinterpret_cast<const double*>(vertices.data()), self));
-            },
-            "(V, 3) float64 array, world units; read-only.")
-        .def_property_readonly(
-            "faces",
-            [](const py::object& self) {
-                const auto& faces = self.cast<const Mesh&>().faces();
-                return read_only(py::array_t<std::uint32_t>({static_cast<py::ssize_t>(faces.size()), py::ssize_t{3}},
-                                                            reinterpret_cast<const std::uint32_t*>(faces.data()),
-                                                            self));
-            },
-            "(F, 3) uint32 array of rows of `vertices`; read-only.")
-        .def_property_readonly(
-            "normals", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().normals()); },
-            "(V, 3) float64 array, as given; read-only. None without normals.")
-        .def_property_readonly(
-            "colors",
-            [](const py::object& self) -> py::object {
-                const py::object linear = view_or_none(self, self.cast<const Mesh&>().colors());
-                return linear.is_none() ? linear : handed("encoded")(linear);
-            },
-            "(V, 3) float64 array, sRGB; a new array. None without colours.")
+            "normals", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().normals()); })
+        .def_property_readonly("colors",
+                               [](const py::object& self) -> py::object {
+                                   const py::object linear = view_or_none(self, self.cast<const Mesh&>().colors());
+                                   return linear.is_none() ? linear : handed("encoded")(linear);
+                               })
         .def("_colors",
              [](const py::object& self) -> py::object {
                  const py::object linear = view_or_none(self, self.cast<const Mesh&>().colors());
@@ -244,13 +186,9 @@ void bind_mesh(py::module_& module)
                 if (numbers.empty())
                     return py::none();
                 return read_only(py::array_t<double>(static_cast<py::ssize_t>(numbers.size()), numbers.data(), self));
-            },
-            "(V,) float64 array, as given; read-only. None without values.")
-        .def_property_readonly(
-            "values_name", [](const Mesh& mesh) { return mesh.values().name; }, "What the values are called.")
-        .def_property_readonly(
-            "bounds", [](const Mesh& mesh) { return to_array(mesh.bounds()); },
-            "(2, 3) float64 array: lower and upper corner of the box of all vertices, world units.")
+            })
+        .def_property_readonly("values_name", [](const Mesh& mesh) { return mesh.values().name; })
+        .def_property_readonly("bounds", [](const Mesh& mesh) { return to_array(mesh.bounds()); })
         .def("__repr__", [](const Mesh& mesh) {
             return "Mesh(" + std::to_string(mesh.vertices().size()) + " vertices, " +
                    std::to_string(mesh.faces().size()) + " faces)";

@@ -138,7 +138,7 @@ void reset(SceneRenderer& self, const std::optional<Camera>& camera)
 
 void bind_path_tracer(py::module_& module)
 {
-    py::class_<PathTracer>(module, "PathTracer", "The C++ part of isospline.PathTracer.")
+    py::class_<PathTracer>(module, "PathTracer")
         .def(py::init([](const Material& material, std::map<std::uint32_t, Material> materials,
                          std::optional<std::vector<Emitter>> lights, int max_bounces, std::uint32_t seed) {
                  PathTracer path_tracer{material, std::move(materials), {EnvironmentLight{}}, max_bounces, seed};
@@ -161,7 +161,7 @@ void bind_path_tracer(py::module_& module)
                    ", seed=" + std::to_string(path_tracer.seed) + ")";
         });
 
-    py::class_<SceneRenderer>(module, "ProgressiveRenderer", "The C++ part of isospline.ProgressiveRenderer.")
+    py::class_<SceneRenderer>(module, "ProgressiveRenderer")
         .def(py::init([](Scene& scene, const Camera& camera, std::array<int, 2> size, const PathTracer& path_tracer,
                          const py::object& background, const py::object& layers, int ambient_occlusion_samples,
                          const std::string& encoding, const Crop& crop) {

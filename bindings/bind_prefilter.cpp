@@ -41,15 +41,13 @@ py::array prefilter_block(const py::array& samples, double offset, int degree, c
 void bind_prefilter(py::module_& module)
 {
     module.def("_prefilter_block", &prefilter_block, py::arg("samples"), py::arg("offset"), py::arg("degree"),
-               py::arg("boundary"), py::arg("filter"), py::arg("smoothing"),
-               "(nz, ny, nx) float32 array: the coefficients of samples - offset, as computed by Volume.");
+               py::arg("boundary"), py::arg("filter"), py::arg("smoothing"));
     module.def(
         "_prefilter_reach",
         [](int degree, const std::string& filter, double smoothing) {
             return filter_reach(filter_of(degree, filter, smoothing));
         },
-        py::arg("degree"), py::arg("filter"), py::arg("smoothing"),
-        "Number of samples beyond a block that its coefficients depend on.");
+        py::arg("degree"), py::arg("filter"), py::arg("smoothing"));
 }
 
 } // namespace isospline

@@ -263,7 +263,7 @@ void bind_image(py::module_& module)
     for (std::size_t i = 0; i < names.size(); ++i)
         names[i] = layer_names[i].name;
     module.attr("LAYERS") = names;
-    py::class_<Image>(module, "Image", "The arrays of an image; the base class of isospline.Image.")
+    py::class_<Image>(module, "Image")
         .def("copy", [](const Image& image) { return std::make_unique<Image>(image); })
         .def_property_readonly("size",
                                [](const Image& image) {
@@ -320,7 +320,7 @@ void bind_image(py::module_& module)
 /// For programs that write to a file by its name, such as FFmpeg: the same rules as for AtomicFile's stream.
 void bind_output_file(py::module_& module)
 {
-    py::class_<AtomicFile>(module, "OutputFile", "A file that replaces its target completely or not at all.")
+    py::class_<AtomicFile>(module, "OutputFile")
         .def(py::init<const std::filesystem::path&>(), py::arg("target"))
         .def_property_readonly("temporary", [](const AtomicFile& file) { return fs_text(file.temporary()); })
         .def("commit", &AtomicFile::commit)
@@ -353,23 +353,19 @@ void bind_render(py::module_& module)
             validate_background(color);
             return std::array<float, 4>{color.r, color.g, color.b, color.a};
         },
-        py::arg("background"), "Linear red, green and blue of a background, and its opacity.");
-    module.def("tone_mapped", &tone_mapped_colors, py::arg("colors"), py::arg("curve"),
-               "Linear colours (N, 3) after a curve of `Image.tone_map`.");
+        py::arg("background"));
+    module.def("tone_mapped", &tone_mapped_colors, py::arg("colors"), py::arg("curve"));
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),
-               py::arg("tone") = py::none(),
-               "The arrays of isospline.render(). A `tone` is a curve of `Image.tone_map`, for the surfaces.");
+               py::arg("tone") = py::none());
     module.def("render_looks", &render_scene_in_looks, py::arg("scene"), py::arg("camera"), py::kw_only(),
                py::arg("size"), py::arg("shadings"), py::arg("samples"), py::arg("layers"),
-               py::arg("ambient_occlusion_samples"), py::arg("crop"), py::arg("progress"), py::arg("mask") = py::none(),
-               "Images in several looks from the same rays, the first with layers. Pixels outside of a mask (height, "
-               "width) of the crop stay empty.");
+               py::arg("ambient_occlusion_samples"), py::arg("crop"), py::arg("progress"),
+               py::arg("mask") = py::none());
     module.def("render_part", &render_part_of_scene, py::arg("scene"), py::arg("camera"), py::kw_only(),
                py::arg("size"), py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
-               py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),
-               "The same for a part of a scene, with the fragments by which the pictures of all parts are merged.");
+               py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"));
 }
 
 } // namespace isospline

@@ -23,99 +23,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* closest_points_doc = R"(The points of the scene's objects that are nearest to given points.
-
-Parameters
-----------
-points : (..., 3) array_like, world units
-max_distance : float, world units
-    Parts that are farther away are not searched.
-tolerance : float, world units, optional
-    As in `Isosurface.closest_points`.
-
-Returns
--------
-ClosestPoints
-    As in `Isosurface.closest_points`: `points`, `distances`, `error_bounds` (0 on meshes), `primitive_ids`,
-    `primitive_normals`. Also `geometry_ids`, (...) uint32: INVALID_ID if nothing is within `max_distance`; and
-    `primitive_uvs`, (..., 2) float64: weights of a triangle's second and third corner; 0 on isosurfaces.
-
-Raises
-------
-ValueError
-    As in `Isosurface.closest_points`.
-
-Notes
------
-Objects are those that `cast_rays` sees, with their transforms, including shear and mirroring, and with the caps of
-isosurfaces. If several objects are equally near, the one with the smallest id is returned.
-
-Examples
---------
->>> import isospline
->>> tetrahedron = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
-...                              [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
->>> scene = isospline.Scene([tetrahedron])
->>> nearest = scene.closest_points([(0.2, 0.3, -2)])
->>> nearest["points"].round(6), nearest["distances"], nearest["primitive_ids"]
-(array([[0.2, 0.3, 0. ]]), array([2.]), array([0], dtype=uint64))
-)";
-
-constexpr const char* signed_distance_doc =
-    R"(Distances of points from the scene's objects; negative inside of any object.
-
-Parameters
-----------
-points : (..., 3) array_like, world units
-max_distance, tolerance : float, world units
-    As in `closest_points`.
-
-Returns
--------
-(...) float64 array
-    The distance from `closest_points`, world units, with a sign from `occupancy`; plus or minus infinity if nothing is
-    within `max_distance`.
-
-Raises
-------
-ValueError
-    As in `closest_points`.
-
-Examples
---------
->>> import isospline
->>> tetrahedron = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
-...                              [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
->>> isospline.Scene([tetrahedron]).signed_distance([(0.1, 0.2, 0.3), (-1, 0, 0)])
-array([-0.1,  1. ])
-)";
-
-constexpr const char* occupancy_doc = R"(Whether points are inside of any object of the scene.
-
-Parameters
-----------
-points : (..., 3) array_like, world units
-
-Returns
--------
-(...) bool array
-    For an isosurface, the result of `Isosurface.contains`. A point is inside of a mesh, which must be closed, if a ray
-    from it meets the mesh's triangles an odd number of times. Only objects that `cast_rays` sees count.
-
-Raises
-------
-ValueError
-    For a point that is not finite.
-
-Examples
---------
->>> import isospline
->>> tetrahedron = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
-...                              [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
->>> isospline.Scene([tetrahedron]).occupancy([(0.1, 0.2, 0.3), (-1, 0, 0)])
-array([ True, False])
-)";
-
 ClosestPointOptions closest_point_options(double max_distance, const std::optional<double>& tolerance)
 {
     ClosestPointOptions options;
@@ -232,53 +139,14 @@ py::array_t<bool> occupancy(Scene& scene, const py::object& points)
     return result;
 }
 
-/// Open3D casts several rays and takes a vote. Our rays are exact, so one is enough.
-void check_sample_count(int nsamples)
-{
-    if (nsamples < 1 || nsamples % 2 == 0)
-        throw_invalid("nsamples", "an odd number above 0", nsamples);
-}
-
 } // namespace
 
 void bind_scene_points(py::module_& module)
 {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
     py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
-        .def("closest_points", &closest_points, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,
-             py::arg("tolerance") = py::none(), closest_points_doc)
-        .def("signed_distance", &signed_distance, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,
-             py::arg("tolerance") = py::none(), signed_distance_doc)
-        .def("occupancy", &occupancy, py::arg("points"), occupancy_doc)
-        .def(
-            "compute_closest_points",
-            [](Scene& scene, const py::object& query_points) {
-                return closest_points(scene, query_points, infinity, std::nullopt);
-            },
-            py::arg("query_points"), "Open3D's name for `closest_points`.")
-        .def(
-            "compute_distance",
-            [](Scene& scene, const py::object& query_points) -> py::object {
-                return closest_points(scene, query_points, infinity, std::nullopt)[py::str("distances")];
-            },
-            py::arg("query_points"), "Open3D's name for the `distances` of `closest_points`.")
-        .def(
-            "compute_signed_distance",
-            [](Scene& scene, const py::object& query_points, int nsamples) {
-                check_sample_count(nsamples);
-                return signed_distance(scene, query_points, infinity, std::nullopt);
-            },
-            py::arg("query_points"), py::arg("nsamples") = 1,
-            "Open3D's name for `signed_distance`. `nsamples`, an odd number, has no effect, because rays are exact.")
-        .def(
-            "compute_occupancy",
-            [](Scene& scene, const py::object& query_points, int nsamples) {
-                check_sample_count(nsamples);
-                return occupancy(scene, query_points).attr("astype")("float32");
-            },
-            py::arg("query_points"), py::arg("nsamples") = 1,
-            "Open3D's name for `occupancy`, as float32: 1 inside, 0 outside. `nsamples`, an odd number, has no\n"
-            "effect.");
+        .def("closest_points", &closest_points)
+        .def("signed_distance", &signed_distance)
+        .def("occupancy", &occupancy);
 }
 
 } // namespace isospline

@@ -14,46 +14,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* secondary_rays_doc = R"(Rays that leave the surface at hits of other rays.
-
-A ray that begins exactly at a hit would often hit the same surface again because of rounding, which is known as shadow
-acne. These rays begin a small distance off the surface, on the side that they go to. The distance is a proven bound on
-the rounding, and needs no parameter: about 1e-13 to 1e-11 of a voxel for isosurfaces, and about 1e-13 of the
-scene's size for meshes.
-
-Parameters
-----------
-rays : (..., 6) array_like, world units
-    The rays that were given to `cast_rays`.
-hits : Hits
-    The result of `cast_rays`, with its default outputs in float64. Every ray must have hit.
-directions : (..., 3) array_like
-    Directions of the new rays in world space, one for each hit; any length except zero.
-
-Returns
--------
-(..., 6) float64 array
-    Rays for `cast_rays` and `test_occlusions`: origin and direction, world units.
-
-Raises
-------
-ValueError
-    For shapes that do not fit, a ray that missed, hits in float32 or without one of these outputs, ids that the scene
-    does not have, and directions that are zero or not finite.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> field = isospline.volumes.sphere(0.7)
->>> volume = field.volume(32)
->>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
->>> rays = np.array([(0, -2, 0, 0, 1, 0.1), (0, -2, 0.3, 0, 1, 0)])
->>> hits = scene.cast_rays(rays)
->>> scene.test_occlusions(scene.secondary_rays(rays, hits, hits["primitive_normals"]))
-array([False, False])
-)";
-
 /// One array of the hits.
 template <typename Number>
 py::array_t<Number, py::array::c_style | py::array::forcecast> hit_array(const py::dict& hits, const char* name,
@@ -128,8 +88,7 @@ py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const p
 void bind_secondary_rays(py::module_& module)
 {
     py::class_<Scene> scene(module.attr("Scene"));
-    scene.def("secondary_rays", &secondary_rays, py::arg("rays"), py::arg("hits"), py::arg("directions"),
-              secondary_rays_doc);
+    scene.def("secondary_rays", &secondary_rays);
 }
 
 } // namespace isospline

@@ -88,11 +88,7 @@ void bind_store(py::module_& module)
     py::register_local_exception_translator(translate_store_error);
     module.def("open_sharded_volume", &open_sharded_volume, py::arg("folder"), py::arg("state"), py::arg("shard"),
                py::arg("chunk"), py::arg("ranges"), py::arg("memory_limit"));
-    py::class_<Volume, std::shared_ptr<Volume>>(module.attr("Volume"))
-        .def_property_readonly("paging", &paging_of,
-                               "None for a volume in memory. For a volume opened from a store, a `Paging`: the folder\n"
-                               "of its array, memory_limit and memory in bytes, and counts since it was opened:\n"
-                               "bytes_read, chunks_read, bricks_made and bricks_dropped.");
+    py::class_<Volume, std::shared_ptr<Volume>>(module.attr("Volume")).def_property_readonly("paging", &paging_of);
 }
 
 } // namespace isospline

@@ -23,95 +23,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* sample_points_doc = R"(Random points of the surface, uniform by area in world space.
-
-Parameters
-----------
-count : int
-    Number of points.
-seed : int
-    Seed of the random numbers, 0 to 2^32 - 1. The same seed gives the same points for any number of threads. A smaller
-    count gives the first points of a larger one.
-
-Returns
--------
-SurfaceSamples
-    `points`, (count, 3) float64: on the surface, world units, to about 1e-12 of a voxel. `primitive_ids`, (count,)
-    uint64: of the cells and caps. `primitive_normals`, (count, 3) float64: unit, outward.
-
-Raises
-------
-ValueError
-    For a count below 0, a seed out of range, and, unless the count is 0, a surface without points.
-
-Notes
------
-The surface is f = level, without the parts that `mask` and `clip` cut away, and with its caps.
-
-The mean of a function over these points, times `area`, is an estimate of its integral.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> field = isospline.volumes.sphere(0.7)
->>> volume = field.volume(32)
->>> points = isospline.Isosurface(volume, field.level).sample_points(1000)["points"]
->>> bool(abs(np.linalg.norm(points, axis=1) - 0.7).max() < 1e-3), bool(abs(points.mean(axis=0)).max() < 0.05)
-(True, True)
-)";
-
-constexpr const char* thickness_doc = R"(The thickness of the solid at points of its surface.
-
-Parameters
-----------
-points : (..., 3) array_like, world units
-    On the surface, such as those of `sample_points`. For other points, the nearest points of the surface are used.
-method : {"max_sphere", "ray"}
-    "ray" is the length of the inward normal within the solid. "max_sphere" is the diameter of the largest ball in the
-    solid whose distance from the point is at most `ripple`.
-ripple : float, optional
-    For "max_sphere", world units: the height of ripples of the surface, such as those of noise, that do not matter. By
-    default half of the shortest edge of a voxel. With 0, the ball touches the surface at the point, and the thickness
-    is never larger than that of "ray".
-
-Returns
--------
-(...) float64 array, world units
-    Infinite if there is no opposite side because the solid is open, at the border of the volume if it is not closed or
-    at a cut that is not capped. NaN if the gradient vanishes or there is no surface.
-
-Raises
-------
-ValueError
-    For a point that is not finite or has a coordinate above 1e100, another method, and a ripple below 0.
-
-Notes
------
-The names are those of trimesh.proximity.thickness. "max_sphere" is the local thickness of [1]_, for which a ball may be
-`ripple` away from the point: a ball that has to touch a noisy surface at the point is bounded by the ripples beside it.
-The ball shrinks on the inward normal [2]_. Then it moves to where it can grow, until it is the largest one nearby. Its
-precision is a fiftieth of `ripple`, but from a thousandth to a hundredth of a voxel's shortest edge. On a smooth
-surface, `ripple` has an effect only near edges and where the thickness changes: there, a ball may fit that is larger
-than the touching one.
-
-References
-----------
-.. [1] T. Hildebrand, P. Rüegsegger, "A new method for the model-independent assessment of thickness in
-   three-dimensional images", Journal of Microscopy 185, 1997.
-.. [2] J. Ma, S. W. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the normal field",
-   The Visual Computer 28, 2012.
-
-Examples
---------
->>> import isospline
->>> field = isospline.volumes.torus(0.6, 0.25)
->>> volume = field.volume(48)
->>> torus = isospline.Isosurface(volume, field.level)
->>> torus.thickness([(0.85, 0, 0), (0, 0.6, 0.25)]).round(2), torus.thickness((0.6, 0, 0.25), method="ray").round(3)
-(array([0.5, 0.5]), np.float64(0.5))
-)";
-
 py::object sample_points(const Isosurface& surface, std::int64_t count, std::int64_t seed)
 {
     if (count < 0)
@@ -181,9 +92,8 @@ py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const 
 void bind_surface_points(py::module_& module)
 {
     py::class_<Isosurface, std::shared_ptr<Isosurface>>(module.attr("Isosurface"))
-        .def("sample_points", &sample_points, py::arg("count"), py::kw_only(), py::arg("seed") = 0, sample_points_doc)
-        .def("thickness", &thickness, py::arg("points"), py::kw_only(), py::arg("method") = "max_sphere",
-             py::arg("ripple") = py::none(), thickness_doc);
+        .def("sample_points", &sample_points)
+        .def("thickness", &thickness);
 }
 
 } // namespace isospline

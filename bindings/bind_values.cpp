@@ -1,9 +1,11 @@
 #include "arrays.h"
 #include "bind.h"
 #include "colors.h"
+#include "environment.h"
 #include "looks.h"
 #include "values.h"
 
+#include "isospline/render/path_tracer.h"
 #include "isospline/shade/material.h"
 
 #include <algorithm>
@@ -43,6 +45,20 @@ py::array_t<double> evaluate(const Material& material, const py::object& to_view
         std::copy(&f[0], &f[0] + 3, result.mutable_data() + 3 * i);
     }
     return result;
+}
+
+/// Makes a class that is derived from a compiled one the class of all such objects, also of those that C++ makes. The
+/// compiled class has no objects of its own any more.
+void derive(const py::type& derived)
+{
+    auto* const kind = reinterpret_cast<PyTypeObject*>(derived.inc_ref().ptr());
+    py::detail::type_info* const info = py::detail::get_type_info(kind);
+    info->type->tp_new = [](PyTypeObject* compiled, PyObject*, PyObject*) -> PyObject* {
+        PyErr_Format(PyExc_TypeError, "%s: expected the class of the package that is derived from it",
+                     compiled->tp_name);
+        return nullptr;
+    };
+    info->type = kind;
 }
 
 } // namespace
@@ -92,6 +108,7 @@ void bind_values(py::module_& module)
 {
     module.def(
         "_hand", [](const py::object& named) { known()[named.attr("__name__")] = named; }, py::arg("named"));
+    module.def("_derive", &derive, py::arg("derived"));
     // A new array, which does not share the memory of the given one.
     module.def(
         "_doubles",
@@ -103,10 +120,9 @@ void bind_values(py::module_& module)
         "_color",
         [](const py::object& value, const std::string& parameter) { return as_color(value, parameter.c_str()); },
         py::arg("value"), py::arg("parameter"));
-    using AnyLight = std::variant<PositionalLight, DirectionalLight, RectangleLight, SphereLight>;
     module.def(
         "_check_light",
-        [](const py::object& light) { std::visit([](const auto& each) { validate(each); }, light.cast<AnyLight>()); },
+        [](const py::object& light) { std::visit([](const auto& each) { validate(each); }, light.cast<Emitter>()); },
         py::arg("light"));
     module.def(
         "_look_color",
@@ -114,10 +130,14 @@ void bind_values(py::module_& module)
             return to_python(as_surface_color(value, parameter.c_str()));
         },
         py::arg("value"), py::arg("parameter"));
-    using AnyLook = std::variant<Phong, Outline, AmbientOcclusion, Material>;
     module.def(
         "_check_look",
-        [](const py::object& look) { std::visit([](const auto& each) { validate(each); }, look.cast<AnyLook>()); },
+        [](const py::object& look) {
+            if (is_value(look, ValueClass<Material>::name))
+                validate(look.cast<Material>());
+            else
+                validate(look.cast<Shading>());
+        },
         py::arg("look"));
     module.def("_evaluate_material", &evaluate, py::arg("material"), py::arg("to_viewer"), py::arg("to_light"));
 }

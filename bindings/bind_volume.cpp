@@ -29,113 +29,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* volume_doc = R"(A continuous model of a regular volume of samples.
-
-.. math:: f(\mathbf{x}) = \sum_{\mathbf{k}} c_{\mathbf{k}} \, \beta^n(\mathbf{x} - \mathbf{k})
-
-A recursive filter along each axis computes the coefficients c from the samples [1]_ [2]_. They are stored as
-float32. Samples sit at the voxels' centres; a position in the world is origin + direction @ (spacing * index), with
-index = (x, y, z).
-
-Parameters
-----------
-data : (nz, ny, nx) array, or (nx, ny, nz) for axes="xyz"
-    Finite samples of any boolean, integer or floating type, memory order and byte order. They are read in place; long
-    double is converted to float64 first.
-spacing : float or (3,) array_like, world units
-    Distance between samples along x, y and z; one number for all three.
-origin : (3,) array_like, world units
-    Position of sample (0, 0, 0).
-direction : (3, 3) array_like, optional
-    Its columns are the directions of the axes x, y and z in the world, as in ITK and VTK; linearly independent. By
-    default, they are those of the world.
-degree : int
-    Degree n of the B-spline, 0 to 5. Isosurfaces need 1, 2 or 3.
-boundary : {"mirror", "periodic"}
-    How the samples continue outside of the volume, for the filter and for the model: symmetrically about the first and
-    the last sample, or periodically (scipy.ndimage's "mirror" and "grid-wrap").
-filter : {"interpolate", "none", "smoothing"}
-    "interpolate": the model passes through the samples. "none": the samples are used as coefficients, which smooths
-    the model. "smoothing": along each axis, the spline of degree n that minimises
-
-    .. math:: \sum_k (f(k) - s(k))^2 + \lambda \int \left(\frac{d^m s}{dx^m}\right)^2 dx,
-              \quad m = \lfloor n/2 \rfloor + 1
-
-    with :math:`\lambda` = `smoothing` and x in samples. For degree 0, the roughness is the sum of the squared
-    differences of neighbours.
-smoothing : float
-    Weight of the roughness, 0 to 1e9; 0 unless filter="smoothing".
-axes : {"zyx", "xyz"}
-    Order of the axes of `data`: "zyx" as in NumPy arrays from ITK, VTK, tifffile and zarr, "xyz" as in arrays from
-    nibabel. Points, directions and spacing are always (x, y, z).
-unit : str
-    Unit of world coordinates, such as "mm", for scale bars and tables.
-patient : bool
-    Whether the world is a patient's: x, y and z run to the left, to the back and to the head (LPS).
-progress : callable, optional
-    Called with the finished fraction; cancels if it returns a false value other than None.
-
-Raises
-------
-TypeError
-    For samples that are complex, objects or text.
-ValueError
-    For samples that are not three-dimensional, empty, or not finite (the message names the first index), and for any
-    other parameter out of range.
-MemoryError
-    Raised at the beginning if the coefficients would not fit into memory.
-
-References
-----------
-.. [1] P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001.
-.. [2] M. Unser, A. Aldroubi, M. Eden, "B-spline signal processing: Parts I and II", IEEE Transactions on Signal
-   Processing 41(2), 1993.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> z, y, x = np.mgrid[0:8, 0:9, 0:10].astype(np.float32)
->>> volume = isospline.Volume(x + 10 * y, spacing=(0.5, 1, 1))
->>> volume.shape
-(8, 9, 10)
->>> volume.sample([[2.0, 3.0, 4.0]]).round(3)
-array([34.])
->>> volume.sample([[2.0, 3.0, 4.0]], derivative=1).shape
-(1, 3)
-)";
-
-constexpr const char* sample_doc = R"(The model, or its derivatives, at points.
-
-Outside of the volume the model continues by its boundary rule. Points that are not finite give NaN.
-
-Parameters
-----------
-points : (..., 3) float array, world units
-    Positions x, y, z.
-derivative : {0, 1, 2}
-    0 for values, 1 for gradients, 2 for Hessians, by world coordinates. For degree 0 all derivatives are zero; for
-    degree 1, second derivatives along one axis of the volume are zero.
-
-Returns
--------
-(...), (..., 3) or (..., 3, 3) float64 array
-    In values, values per world unit, or values per world unit squared.
-
-Raises
-------
-ValueError
-    For points of another shape, and another `derivative`.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> volume = isospline.Volume(np.eye(4)[:, :, None] * np.ones(5))
->>> float(volume.sample([[2, 1, 1]])[0].round(6))
-1.0
-)";
-
 /// `data[3, 2, 1]`, with the index in the axis order of the user's array.
 std::string item_text(const glm::ivec3& index, Axes axes)
 {
@@ -295,62 +188,33 @@ void bind_volume(py::module_& module)
         "_as_array",
         [](const py::object& value, const std::string& parameter) { return as_array(value, parameter.c_str()); },
         py::arg("value"), py::arg("parameter"));
-    py::class_<Volume, std::shared_ptr<Volume>>(module, "Volume", volume_doc)
-        .def(py::init(&make_volume), py::arg("data"), py::kw_only(), py::arg("spacing") = py::make_tuple(1.0, 1.0, 1.0),
-             py::arg("origin") = py::make_tuple(0.0, 0.0, 0.0), py::arg("direction") = py::none(),
-             py::arg("degree") = 2, py::arg("boundary") = "mirror", py::arg("filter") = "interpolate",
-             py::arg("smoothing") = 0.0, py::arg("axes") = "zyx", py::arg("unit") = "", py::arg("patient") = false,
-             py::arg("progress") = py::none())
-        .def("sample", &sample, py::arg("points"), py::kw_only(), py::arg("derivative") = 0, sample_doc)
-        .def_property_readonly(
-            "coefficients", &coefficients,
-            "float64 array of the data's shape: exactly the coefficients of the model, in a new array. The volume "
-            "stores them in float32, minus the middle of the data's range.")
-        .def_property_readonly(
-            "shape",
-            [](const Volume& volume) {
-                return py::tuple(py::cast(array_shape(volume.shape(), volume.options().axes)));
-            },
-            "Shape of the data, in the order of its axes.")
-        .def_property_readonly("affine", &Volume::index_to_world, "(4, 4) float64 array: index (x, y, z, 1) to world.")
-        .def_property_readonly(
-            "bounds", [](const Volume& volume) { return to_array(volume.bounds()); },
-            "(2, 3) float64 array: lower and upper corner of the model's box in the world. It ends at the faces of\n"
-            "the outer voxels for even degrees, at their centres for odd ones.")
-        .def_property_readonly(
-            "spacing", [](const Volume& volume) { return volume.options().spacing; },
-            "(3,) float64 array: world units between samples along x, y and z.")
-        .def_property_readonly(
-            "origin", [](const Volume& volume) { return volume.options().origin; },
-            "(3,) float64 array: world position of sample (0, 0, 0).")
-        .def_property_readonly(
-            "direction", [](const Volume& volume) { return volume.options().direction; },
-            "(3, 3) float64 array: its columns are the directions of the axes x, y and z.")
-        .def_property_readonly("degree", &Volume::degree, "Degree of the B-spline.")
-        .def_property_readonly(
-            "boundary", [](const Volume& volume) { return to_word(boundary_words, volume.boundary()); },
-            "How the samples continue outside of the volume: \"mirror\" or \"periodic\".")
-        .def_property_readonly(
-            "filter", [](const Volume& volume) { return to_word(filter_words, volume.filter()); },
-            "How the coefficients were computed from the samples: \"interpolate\", \"none\" or \"smoothing\".")
-        .def_property_readonly(
-            "smoothing", [](const Volume& volume) { return volume.options().smoothing; }, "Weight of the roughness.")
-        .def_property_readonly(
-            "axes", [](const Volume& volume) { return to_word(axes_words, volume.options().axes); },
-            "Order of the data's axes: \"zyx\" or \"xyz\".")
-        .def_property_readonly(
-            "unit", [](const Volume& volume) { return volume.options().unit; },
-            "Unit of world coordinates, such as \"mm\"; empty if it is not known.")
-        .def_property_readonly(
-            "patient", [](const Volume& volume) { return volume.options().patient; },
-            "Whether the world is a patient's: x, y and z run to the left, to the back and to the head (LPS).")
-        .def_property_readonly("minimum", &Volume::minimum, "Smallest sample.")
-        .def_property_readonly("maximum", &Volume::maximum, "Largest sample.")
-        .def_property_readonly("_identity", &identity_of, "A number that no other volume of the process has had.")
-        .def_property_readonly("_offset", &Volume::offset, "What is added to the stored coefficients.")
-        .def_property_readonly("_stored_coefficients", &stored_coefficients,
-                               "The float32 coefficients minus the offset, of shape (nz, ny, nx), in a new array.")
-        .def_property_readonly("memory", &Volume::memory, "Bytes held by this object.")
+    py::class_<Volume, std::shared_ptr<Volume>>(module, "Volume")
+        .def(py::init(&make_volume))
+        .def("sample", &sample)
+        .def_property_readonly("coefficients", &coefficients)
+        .def_property_readonly("shape",
+                               [](const Volume& volume) {
+                                   return py::tuple(py::cast(array_shape(volume.shape(), volume.options().axes)));
+                               })
+        .def_property_readonly("affine", &Volume::index_to_world)
+        .def_property_readonly("bounds", [](const Volume& volume) { return to_array(volume.bounds()); })
+        .def_property_readonly("spacing", [](const Volume& volume) { return volume.options().spacing; })
+        .def_property_readonly("origin", [](const Volume& volume) { return volume.options().origin; })
+        .def_property_readonly("direction", [](const Volume& volume) { return volume.options().direction; })
+        .def_property_readonly("degree", &Volume::degree)
+        .def_property_readonly("boundary",
+                               [](const Volume& volume) { return to_word(boundary_words, volume.boundary()); })
+        .def_property_readonly("filter", [](const Volume& volume) { return to_word(filter_words, volume.filter()); })
+        .def_property_readonly("smoothing", [](const Volume& volume) { return volume.options().smoothing; })
+        .def_property_readonly("axes", [](const Volume& volume) { return to_word(axes_words, volume.options().axes); })
+        .def_property_readonly("unit", [](const Volume& volume) { return volume.options().unit; })
+        .def_property_readonly("patient", [](const Volume& volume) { return volume.options().patient; })
+        .def_property_readonly("minimum", &Volume::minimum)
+        .def_property_readonly("maximum", &Volume::maximum)
+        .def_property_readonly("_identity", &identity_of)
+        .def_property_readonly("_offset", &Volume::offset)
+        .def_property_readonly("_stored_coefficients", &stored_coefficients)
+        .def_property_readonly("memory", &Volume::memory)
         .def("__repr__", &representation);
 }
 

@@ -45,36 +45,4 @@ inline std::shared_ptr<Material> look_of(const std::optional<Material>& material
     return look;
 }
 
-/// A colour in sRGB, a rule or None.
-inline pybind11::object in_srgb(const CapColor& color)
-{
-    const bool is_constant = color && std::holds_alternative<glm::dvec3>(*color);
-    return is_constant ? handed("encoded")(std::get<glm::dvec3>(*color)) : to_python(color);
-}
-
-/// The properties of an object's look: `material`, `color`, `opacity` and `name`.
-template <typename Class>
-void bind_look(Class& object_class)
-{
-    using Object = typename Class::type;
-    const auto material_of = [](const Object& object) { return object.material(); };
-    object_class
-        .def_property_readonly(
-            "material", [=](const Object& object) { return material_in_python(material_of(object)); },
-            "Its look, or None.")
-        .def_property_readonly(
-            "color",
-            [=](const Object& object) {
-                return in_srgb(material_of(object) ? material_of(object)->color : std::nullopt);
-            },
-            "Its colour, sRGB, or a rule; None leaves it to the light.")
-        .def_property_readonly(
-            "opacity", [=](const Object& object) { return material_of(object) ? material_of(object)->opacity : 1.0; },
-            "From 0 to 1.")
-        .def_property_readonly(
-            "name",
-            [=](const Object& object) { return material_of(object) ? material_of(object)->name : std::string(); },
-            "What legends call it; may be empty.");
-}
-
 } // namespace isospline

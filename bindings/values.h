@@ -5,6 +5,8 @@
 #include "colors.h"
 #include "handed.h"
 
+#include "isospline/util/value_class.h"
+
 #include <glm/vec3.hpp>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -20,18 +22,6 @@ bool is_value(const pybind11::handle& object, const char* name);
 
 /// A parameter of a value, exactly as it was given.
 pybind11::object value_part(const pybind11::handle& value, const char* name);
-
-/// How a struct and its class of values are converted. Its specializations have the `name` of the class, and the
-/// functions `from_python`, which takes an instance, and `to_python`; or they derive from ConversionByFields.
-template <typename Struct>
-struct ValueConversion;
-
-/// A member of a struct, and the parameter of that name.
-template <typename Struct, typename Member>
-struct Field {
-    const char* name;
-    Member Struct::*member;
-};
 
 inline void read(const pybind11::object& part, const char* name, glm::dvec3& member)
 {
@@ -70,31 +60,47 @@ pybind11::object written(const Member& member)
     return pybind11::cast(member);
 }
 
-/// The conversion of a struct whose ValueConversion has a tuple `fields`.
+/// The conversion of a struct with a ValueClass.
 template <typename Struct>
-struct ConversionByFields {
+struct ConversionByParameters {
+    static constexpr const auto& name = ValueClass<Struct>::name;
+
     static Struct from_python(pybind11::handle value)
     {
         Struct result;
-        for_each_field(
-            [&](const auto& field) { read(value_part(value, field.name), field.name, result.*field.member); });
+        for_each_parameter([&](const auto& parameter) {
+            read(value_part(value, parameter.name), parameter.name, result.*parameter.member);
+        });
         return result;
     }
 
     static pybind11::object to_python(const Struct& value)
     {
         pybind11::dict parameters;
-        for_each_field([&](const auto& field) { parameters[field.name] = written(value.*field.member); });
-        return handed(ValueConversion<Struct>::name)(**parameters);
+        for_each_parameter(
+            [&](const auto& parameter) { parameters[parameter.name] = written(value.*parameter.member); });
+        return handed(name)(**parameters);
     }
 
 private:
     template <typename Function>
-    static void for_each_field(const Function& function)
+    static void for_each_parameter(const Function& function)
     {
-        std::apply([&](const auto&... field) { (function(field), ...); }, ValueConversion<Struct>::fields);
+        std::apply([&](const auto&... parameter) { (function(parameter), ...); }, ValueClass<Struct>::parameters);
     }
 };
+
+/// How a struct and its class of values are converted. Specializations have the `name` of the class, and the functions
+/// `from_python`, which takes an instance, and `to_python`.
+template <typename Struct>
+struct ValueConversion;
+
+template <typename Struct>
+requires requires
+{
+    ValueClass<Struct>::parameters;
+}
+struct ValueConversion<Struct> : ConversionByParameters<Struct> {};
 
 /// A type_caster of pybind11 for a struct with a ValueConversion.
 template <typename Struct>

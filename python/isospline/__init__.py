@@ -4,23 +4,8 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import _core
-from .base import signatures
-
-signatures.attach(_core)  # before other modules import from it
-
-from . import certificates, derivatives, volumes
-from ._core import (
-    INVALID_ID,
-    INVALID_PRIMITIVE_ID,
-    Cancelled,
-    Isosurface,
-    Mesh,
-    Scene,
-    Volume,
-    set_thread_count,
-    thread_count,
-)
+from . import _core, certificates, derivatives, volumes
+from ._core import INVALID_ID, INVALID_PRIMITIVE_ID, Cancelled
 from .base import foreign, values
 from .base.results import (
     ClosestPoints,
@@ -34,6 +19,7 @@ from .base.results import (
     Measurement,
     SurfaceDistance,
 )
+from .base.threads import set_thread_count, thread_count
 from .cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
 from .clips import Box, HalfSpace
 from .color_rules import (
@@ -47,7 +33,6 @@ from .color_rules import (
     ridges_and_valleys,
 )
 from .distances import hausdorff_distance, surface_distance
-from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .labels import Labels
 from .lights import DirectionalLight, PositionalLight, RectangleLight, SphereLight
@@ -66,6 +51,7 @@ from .picture.rendering import render
 from .picture.studio import Studio
 from .picture.video import write_video
 from .suggest.presentation import suggest_mask, suggest_view
+from .scene import Isosurface, Mesh, RayMeshIntersector, Scene, Volume, read_mesh
 from .store import convert, open_volume, scale_for
 from . import research, showing
 

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from ._core import Isosurface, Mesh, Scene
 from .base.parameters import check_seed
 from .base.results import Measurement, SurfaceDistance
 from .base.signatures import explained
 from .farthest import largest_distance, largest_distance_of_mesh
+from .scene import Isosurface, Mesh, Scene
 
 
 @explained

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .base.parameters import check_count, describe_not_finite
 from .base.signatures import explained
+from .scene import Isosurface
 
 __all__ = ["histogram", "suggest_levels"]
 
@@ -168,7 +169,7 @@ def is_ct(minimum: float) -> bool:
     return _AIR[0] <= minimum <= _AIR[1]
 
 
-def count_pieces(surface: _core.Isosurface) -> tuple[int, int]:
+def count_pieces(surface: Isosurface) -> tuple[int, int]:
     """The number of components of the solid that are not specks of noise, and the number of all components.
 
     Only cells that are completely inside count: a layer of noise has many cells but hardly any inside.

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._core import Isosurface
 from .base.mistakes import sentence
 from .base.progress import as_callable, part_of, tell
 from .base.results import LevelMeasures
 from .base.signatures import explained
+from .scene import Isosurface
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ._core import Volume
     from .io import VolumeData
+    from .scene import Volume
 
 
 @explained

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from . import _core
 from .derivatives.gradients import check_scene
 from .derivatives.hits import cast_vjp
 from .derivatives.pictures import moved_picture_vjp
 from .looks import Phong
+from .scene import Isosurface, Scene, Volume
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -29,7 +29,7 @@ __all__ = ["cast", "depth", "mask", "normals", "picture"]
 
 
 def cast(
-    scene: _core.Scene,
+    scene: Scene,
     rays: torch.Tensor,
     *,
     levels: Tensors | None = None,
@@ -106,7 +106,7 @@ def cast(
 
 
 def picture(
-    scene: _core.Scene,
+    scene: Scene,
     camera: Any,
     size: tuple[int, int],
     channel: Literal["mask", "depth", "normals"] | Phong = "mask",
@@ -170,17 +170,17 @@ def picture(
     return _apply(run, motion, *parameters.tensors, like=given[0] if given else motion)[0]
 
 
-def depth(scene: _core.Scene, camera: Any, size: tuple[int, int], **options: Any) -> torch.Tensor:
+def depth(scene: Scene, camera: Any, size: tuple[int, int], **options: Any) -> torch.Tensor:
     """Distances along the camera's viewing direction, (height, width), as `picture` with its ``channel="depth"``."""
     return picture(scene, camera, size, "depth", **options)
 
 
-def normals(scene: _core.Scene, camera: Any, size: tuple[int, int], **options: Any) -> torch.Tensor:
+def normals(scene: Scene, camera: Any, size: tuple[int, int], **options: Any) -> torch.Tensor:
     """Unit outward normals in the world, (height, width, 3), as `picture` with its ``channel="normals"``."""
     return picture(scene, camera, size, "normals", **options)
 
 
-def mask(scene: _core.Scene, camera: Any, size: tuple[int, int], **options: Any) -> torch.Tensor:
+def mask(scene: Scene, camera: Any, size: tuple[int, int], **options: Any) -> torch.Tensor:
     """The part of each pixel that objects cover, (height, width), as `picture` with its ``channel="mask"``."""
     return picture(scene, camera, size, "mask", **options)
 
@@ -201,7 +201,7 @@ class _Parameters:
         check_scene(scene)
         self.placed = scene._placed_objects()
         ids = {id for id, *_ in self.placed}
-        surfaces = {id: item for id, item, *_ in self.placed if isinstance(item, _core.Isosurface)}
+        surfaces = {id: item for id, item, *_ in self.placed if isinstance(item, Isosurface)}
         self.places: list[tuple[str, int]] = []
         self.tensors: list[Any] = []
         for name, given, allowed in (
@@ -230,7 +230,7 @@ class _Parameters:
     def scene(self, arrays):
         """The scene with arrays in place of the tensors."""
         given = dict(zip(self.places, arrays))
-        built = _core.Scene()
+        built = Scene()
         self.ids = {}
         for id, item, transform, visibility in self.placed:
             level, samples = given.get(("levels", id)), given.get(("samples", id))
@@ -252,8 +252,8 @@ def _with_samples(surface, samples):
     volume = surface.volume
     model = ("degree", "boundary", "filter", "smoothing", "axes", "spacing", "origin", "direction", "unit")
     state = surface.__getstate__()
-    state["volume"] = _core.Volume(samples, **{name: getattr(volume, name) for name in model})
-    other = _core.Isosurface.__new__(_core.Isosurface)
+    state["volume"] = Volume(samples, **{name: getattr(volume, name) for name in model})
+    other = Isosurface.__new__(Isosurface)
     other.__setstate__(state)
     return other
 

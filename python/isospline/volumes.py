@@ -26,9 +26,9 @@ from typing import Any, TypedDict, Union
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ._core import Volume
 from .base.parameters import check_count
 from .base.signatures import explained, explained_methods
+from .scene import Volume
 
 __all__ = ["Field", "blobs", "gyroid", "heart", "marschner_lobb", "sphere", "torus", "waves"]
 

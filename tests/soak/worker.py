@@ -23,7 +23,7 @@ import OpenEXR
 import PIL.Image
 
 import isospline
-from isospline.interop import read_mesh
+from isospline import read_mesh
 
 from . import world
 

@@ -1,12 +1,15 @@
 // The cameras. projection.h defines their rays and matrices.
 #pragma once
 
+#include "isospline/util/value_class.h"
+
 #include <glm/mat2x2.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <array>
 #include <optional>
+#include <tuple>
 #include <variant>
 
 namespace isospline {
@@ -47,6 +50,18 @@ struct PerspectiveCamera {
     std::optional<double> focus_distance = std::nullopt;
 };
 
+template <>
+struct ValueClass<PerspectiveCamera> {
+    static constexpr char name[] = "PerspectiveCamera";
+    static constexpr std::tuple parameters{Parameter{"eye", &PerspectiveCamera::eye},
+                                           Parameter{"target", &PerspectiveCamera::target},
+                                           Parameter{"up", &PerspectiveCamera::up},
+                                           Parameter{"field_of_view", &PerspectiveCamera::field_of_view},
+                                           Parameter{"field_of_view_axis", &PerspectiveCamera::field_of_view_axis},
+                                           Parameter{"aperture_radius", &PerspectiveCamera::aperture_radius},
+                                           Parameter{"focus_distance", &PerspectiveCamera::focus_distance}};
+};
+
 /// The paper's camera (§3): an eye E and a projection plane that the image lies on. The ray of the point P of the
 /// plane is E + t (P - E), so that t = 1 on the plane. The plane may be oblique and the pixels not square.
 struct ProjectionPlaneCamera {
@@ -65,6 +80,15 @@ struct ProjectionPlaneCamera {
     }
 };
 
+template <>
+struct ValueClass<ProjectionPlaneCamera> {
+    static constexpr char name[] = "ProjectionPlaneCamera";
+    static constexpr std::tuple parameters{
+        Parameter{"eye", &ProjectionPlaneCamera::eye}, Parameter{"right", &ProjectionPlaneCamera::right},
+        Parameter{"down", &ProjectionPlaneCamera::down}, Parameter{"corner", &ProjectionPlaneCamera::corner},
+        Parameter{"distortion", &ProjectionPlaneCamera::distortion}};
+};
+
 /// Parallel rays that begin on the plane through the eye and run along target - eye. Pixels are square.
 struct OrthographicCamera {
     glm::dvec3 eye{0.0, -1.0, 0.0};
@@ -73,12 +97,28 @@ struct OrthographicCamera {
     double height = 1.0;          ///< of the image, world units
 };
 
+template <>
+struct ValueClass<OrthographicCamera> {
+    static constexpr char name[] = "OrthographicCamera";
+    static constexpr std::tuple parameters{
+        Parameter{"eye", &OrthographicCamera::eye}, Parameter{"target", &OrthographicCamera::target},
+        Parameter{"up", &OrthographicCamera::up}, Parameter{"height", &OrthographicCamera::height}};
+};
+
 /// All around the eye, in equirectangular projection: columns are longitudes, from -180 to 180 degrees, and rows are
 /// latitudes, from 90 down to -90 degrees. The middle of the image shows the target.
 struct PanoramicCamera {
     glm::dvec3 eye{0.0, -1.0, 0.0};
     glm::dvec3 target{0.0};
     glm::dvec3 up{0.0, 0.0, 1.0}; ///< with the viewing direction it spans the meridian in the middle of the image
+};
+
+template <>
+struct ValueClass<PanoramicCamera> {
+    static constexpr char name[] = "PanoramicCamera";
+    static constexpr std::tuple parameters{Parameter{"eye", &PanoramicCamera::eye},
+                                           Parameter{"target", &PanoramicCamera::target},
+                                           Parameter{"up", &PanoramicCamera::up}};
 };
 
 using Camera = std::variant<PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera, PanoramicCamera>;

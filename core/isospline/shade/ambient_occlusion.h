@@ -3,11 +3,13 @@
 
 #include "isospline/shade/color.h"
 #include "isospline/shade/surface_point.h"
+#include "isospline/util/value_class.h"
 
 #include <glm/vec3.hpp>
 
 #include <limits>
 #include <optional>
+#include <tuple>
 
 namespace isospline {
 
@@ -23,6 +25,18 @@ struct AmbientOcclusion {
     std::optional<double> silhouette_opacity{};  ///< the opacity at the silhouette, see opacity_at(); nothing: the same
     double silhouette_exponent = 3.0;            ///< the larger, the thinner the silhouette
     CapColor cap_color{};                        ///< of capped cuts
+};
+
+template <>
+struct ValueClass<AmbientOcclusion> {
+    static constexpr char name[] = "AmbientOcclusion";
+    static constexpr std::tuple parameters{Parameter{"samples", &AmbientOcclusion::samples},
+                                           Parameter{"distance", &AmbientOcclusion::distance},
+                                           Parameter{"color", &AmbientOcclusion::color},
+                                           Parameter{"opacity", &AmbientOcclusion::opacity},
+                                           Parameter{"silhouette_opacity", &AmbientOcclusion::silhouette_opacity},
+                                           Parameter{"silhouette_exponent", &AmbientOcclusion::silhouette_exponent},
+                                           Parameter{"cap_color", &AmbientOcclusion::cap_color}};
 };
 
 /// Throws std::invalid_argument for a number of samples outside of 1 to 65536, a distance that is not positive, a

@@ -3,11 +3,13 @@
 
 #include "isospline/math/ray.h"
 #include "isospline/shade/light_sample.h"
+#include "isospline/util/value_class.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <optional>
+#include <tuple>
 
 namespace isospline {
 
@@ -18,11 +20,27 @@ struct RectangleLight {
     glm::dvec3 radiance{1.0}; ///< linear red, green and blue, in every direction
 };
 
+template <>
+struct ValueClass<RectangleLight> {
+    static constexpr char name[] = "RectangleLight";
+    static constexpr std::tuple parameters{
+        Parameter{"corner", &RectangleLight::corner}, Parameter{"edge_u", &RectangleLight::edge_u},
+        Parameter{"edge_v", &RectangleLight::edge_v}, Parameter{"radiance", &RectangleLight::radiance}};
+};
+
 /// A ball that emits light.
 struct SphereLight {
     glm::dvec3 center{0.0};
     double radius = 1.0;
     glm::dvec3 radiance{1.0}; ///< linear red, green and blue, in every direction
+};
+
+template <>
+struct ValueClass<SphereLight> {
+    static constexpr char name[] = "SphereLight";
+    static constexpr std::tuple parameters{Parameter{"center", &SphereLight::center},
+                                           Parameter{"radius", &SphereLight::radius},
+                                           Parameter{"radiance", &SphereLight::radiance}};
 };
 
 /// Throw std::invalid_argument for numbers that are not finite, a negative radiance, parallel edges, and a radius

@@ -1,10 +1,13 @@
 // Lights: their positions and intensities.
 #pragma once
 
+#include "isospline/util/value_class.h"
+
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <tuple>
 #include <variant>
 #include <vector>
 
@@ -14,6 +17,13 @@ namespace isospline {
 struct PositionalLight {
     glm::dvec3 position{0.0};
     glm::dvec3 intensity{1.0}; ///< linear red, green and blue
+};
+
+template <>
+struct ValueClass<PositionalLight> {
+    static constexpr char name[] = "PositionalLight";
+    static constexpr std::tuple parameters{Parameter{"position", &PositionalLight::position},
+                                           Parameter{"intensity", &PositionalLight::intensity}};
 };
 
 /// A light at infinity: a point, or an evenly bright disc like the sun.
@@ -33,6 +43,14 @@ struct DirectionalLight {
     glm::dvec3 intensity; ///< linear red, green and blue
     double angle;         ///< the disc's diameter as seen from the scene, degrees; 0 for a point
     glm::dvec3 to_light;  ///< unit, the opposite direction, computed once
+};
+
+template <>
+struct ValueClass<DirectionalLight> {
+    static constexpr char name[] = "DirectionalLight";
+    static constexpr std::tuple parameters{Parameter{"direction", &DirectionalLight::direction},
+                                           Parameter{"intensity", &DirectionalLight::intensity},
+                                           Parameter{"angle", &DirectionalLight::angle}};
 };
 
 using Light = std::variant<PositionalLight, DirectionalLight>;

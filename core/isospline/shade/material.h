@@ -4,12 +4,14 @@
 
 #include "isospline/shade/color.h"
 #include "isospline/shade/surface_point.h"
+#include "isospline/util/value_class.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <optional>
 #include <string>
+#include <tuple>
 
 namespace isospline {
 
@@ -38,6 +40,20 @@ struct Material {
     std::optional<double> silhouette_opacity{}; ///< the opacity at the silhouette; nothing: the same
     double silhouette_exponent = 3.0;           ///< the larger, the thinner the silhouette
     std::string name = {};                      ///< for legends
+};
+
+template <>
+struct ValueClass<Material> {
+    static constexpr char name[] = "Material";
+    static constexpr std::tuple parameters{Parameter{"color", &Material::color},
+                                           Parameter{"metallic", &Material::metallic},
+                                           Parameter{"roughness", &Material::roughness},
+                                           Parameter{"specular", &Material::specular},
+                                           Parameter{"cap_color", &Material::cap_color},
+                                           Parameter{"opacity", &Material::opacity},
+                                           Parameter{"silhouette_opacity", &Material::silhouette_opacity},
+                                           Parameter{"silhouette_exponent", &Material::silhouette_exponent},
+                                           Parameter{"name", &Material::name}};
 };
 
 /// The colour of a material that has none.

@@ -3,10 +3,12 @@
 
 #include "isospline/shade/color.h"
 #include "isospline/shade/surface_point.h"
+#include "isospline/util/value_class.h"
 
 #include <glm/vec3.hpp>
 
 #include <optional>
+#include <tuple>
 
 namespace isospline {
 
@@ -22,6 +24,18 @@ struct Outline {
     std::optional<double> silhouette_opacity{}; ///< the opacity at the silhouette, see opacity_at(); nothing: the same
     double silhouette_exponent = 3.0;           ///< the larger, the thinner the silhouette
     CapColor cap_color{};                       ///< of capped cuts, instead of surface_color
+};
+
+template <>
+struct ValueClass<Outline> {
+    static constexpr char name[] = "Outline";
+    static constexpr std::tuple parameters{Parameter{"exponent", &Outline::exponent},
+                                           Parameter{"color", &Outline::color},
+                                           Parameter{"surface_color", &Outline::surface_color},
+                                           Parameter{"opacity", &Outline::opacity},
+                                           Parameter{"silhouette_opacity", &Outline::silhouette_opacity},
+                                           Parameter{"silhouette_exponent", &Outline::silhouette_exponent},
+                                           Parameter{"cap_color", &Outline::cap_color}};
 };
 
 /// Throws std::invalid_argument for numbers that are not finite or negative, and like validate_opacity().

@@ -4,11 +4,13 @@
 #include "isospline/shade/color.h"
 #include "isospline/shade/light.h"
 #include "isospline/shade/surface_point.h"
+#include "isospline/util/value_class.h"
 
 #include <glm/vec3.hpp>
 
 #include <cstddef>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 namespace isospline {
@@ -35,6 +37,25 @@ struct Phong {
     std::optional<double> silhouette_opacity{}; ///< the opacity at the silhouette, see opacity_at(); nothing: the same
     double silhouette_exponent = 3.0;           ///< the larger, the thinner the silhouette
     CapColor cap_color{};                       ///< of capped cuts
+};
+
+template <>
+struct ValueClass<Phong> {
+    static constexpr char name[] = "Phong";
+    static constexpr std::tuple parameters{Parameter{"color", &Phong::color},
+                                           Parameter{"ambient", &Phong::ambient},
+                                           Parameter{"diffuse", &Phong::diffuse},
+                                           Parameter{"specular", &Phong::specular},
+                                           Parameter{"specular_exponent", &Phong::specular_exponent},
+                                           Parameter{"ambient_light", &Phong::ambient_light},
+                                           Parameter{"lights", &Phong::lights},
+                                           Parameter{"two_sided", &Phong::two_sided},
+                                           Parameter{"shadows", &Phong::shadows},
+                                           Parameter{"shadow_samples", &Phong::shadow_samples},
+                                           Parameter{"opacity", &Phong::opacity},
+                                           Parameter{"silhouette_opacity", &Phong::silhouette_opacity},
+                                           Parameter{"silhouette_exponent", &Phong::silhouette_exponent},
+                                           Parameter{"cap_color", &Phong::cap_color}};
 };
 
 /// Throws std::invalid_argument for numbers that are not finite or negative, a number of shadow rays outside of 1 to

@@ -1,20 +1,26 @@
 #include "isospline/shade/shading.h"
 
+#include <tuple>
 #include <type_traits>
 
 namespace isospline {
 
 namespace {
 
-/// Calls `visit` with each colour of a model; const if the model is.
+/// Calls `visit` with each colour among the parameters of a model; const if the model is.
 template <typename Model, typename Visit>
 void for_each_color(Model& model, const Visit& visit)
 {
-    visit(model.color);
-    if constexpr (std::is_same_v<std::remove_const_t<Model>, Outline>)
-        visit(model.surface_color);
-    if (model.cap_color)
-        visit(*model.cap_color);
+    const auto look_at = [&](auto& member) {
+        using Member = std::remove_cvref_t<decltype(member)>;
+        if constexpr (std::is_same_v<Member, Color>)
+            visit(member);
+        else if constexpr (std::is_same_v<Member, CapColor>)
+            if (member)
+                visit(*member);
+    };
+    std::apply([&](const auto&... parameter) { (look_at(model.*parameter.member), ...); },
+               ValueClass<std::remove_const_t<Model>>::parameters);
 }
 
 } // namespace

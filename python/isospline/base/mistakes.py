@@ -213,7 +213,7 @@ def _fits(annotation, value):
         shape = np.shape(value) if all(isinstance(each, numbers.Real) for each in value) else None
         return any(shape == _shape_of(option) for option in options if _shape_of(option))
     if callable(value) and not inspect.isclass(value):
-        return any(option in ("callable", "_Progress") for option in options)
+        return any(option in ("callable", "Progress") for option in options)
     return any(kind.__name__ in options for kind in type(value).__mro__[:-1])
 
 

@@ -1,8 +1,8 @@
-"""Signatures of compiled functions, and one-sentence errors for wrong arguments.
+"""One-sentence errors for calls that do not fit a function's signature.
 
-pybind11 puts a signature into the first line of a docstring. Its error for wrong arguments has all signatures and the
-representation of all arguments, including arrays. Here a Python function is wrapped around every compiled function. It
-has the signature for `inspect`, and its error names the wrong argument (see `mistakes`).
+Python names a missing or an unknown argument, but not what was probably meant. Compiled functions say of wrong types
+only that they are incompatible, with the representation of all arguments. `explained` looks at the signature of the
+Python function that was called, and its error names the wrong argument (see `mistakes`).
 """
 
 from __future__ import annotations
@@ -10,13 +10,12 @@ from __future__ import annotations
 import ast
 import functools
 import inspect
-import math
-import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .handed import family, is_handed
 from .mistakes import sentence, wrong_call
 
 if TYPE_CHECKING:
@@ -32,40 +31,6 @@ if TYPE_CHECKING:
 _MISFIT = "(): incompatible "
 
 
-def attach(module):
-    """Wrap all public functions, methods and setters of a compiled module, in place."""
-    for name, value in list(vars(module).items()):
-        if inspect.isclass(value) and value.__module__ == module.__name__:
-            _attach_to_class(value, module)
-        elif inspect.isbuiltin(value):
-            setattr(module, name, _wrapped(value, name, module))
-
-
-def attach_methods(owner, kind, **functions):
-    """Make functions methods of a compiled class; `kind` wraps each."""
-    for name, function in functions.items():
-        function.__name__, function.__qualname__ = name, f"{owner.__name__}.{name}"
-        setattr(owner, name, kind(function))
-
-
-def _attach_to_class(owner, module):
-    for name, value in list(vars(owner).items()):
-        if isinstance(value, property):
-            setter = value.fset and _checked_setter(value.fset, name)
-            documented = _documented(owner.__doc__ or "").get(name)  # its description in the constructor
-            doc = value.__doc__ or (documented and ": ".join(filter(None, documented)))
-            setattr(owner, name, property(value.fget, setter, doc=doc))
-        elif isinstance(value, staticmethod):
-            setattr(owner, name, staticmethod(_wrapped(value.__func__, name, module, owner)))
-        elif type(value).__name__ == "instancemethod" and (not name.startswith("_") or name == "__init__"):
-            setattr(owner, name, _wrapped(value.__func__, name, module, owner))
-
-
-def parameters_of(kind):
-    """The names of the parameters of a compiled class's constructor."""
-    return [name for name in kind.__init__.__signature__.parameters if name != "self"]
-
-
 def explained(function: Callable[P, R]) -> Callable[P, R]:
     """Decorate a Python function: calls that do not fit its signature get one sentence."""
 
@@ -74,185 +39,116 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
         try:
             return function(*positional, **keywords)
         except TypeError as error:
-            if error.__traceback__ is None or error.__traceback__.tb_next is not None:
-                raise  # by the function's own code
-            message = _without_self(function, wrong_call, inspect.signature(function), positional, keywords)
-            raise TypeError(message or str(error)) from None
+            has_begun = error.__traceback__ is None or error.__traceback__.tb_next is not None
+            if has_begun and _MISFIT not in str(error):
+                raise
+            explanation = _explanation(call, positional, keywords)
+            if explanation is None and has_begun:
+                raise
+            raise explanation or TypeError(str(error)) from None
 
     return call
 
 
-def explained_methods(kind: T) -> T:
-    """Decorate a Python class: the same for its public methods and its constructor."""
+def methods_of(owner: str) -> Callable[[T], T]:
+    """Decorate a base with a part of the methods of one class of its package: they are called those of that class."""
+    return functools.partial(explained_methods, owner=owner)
+
+
+def explained_methods(kind: T, owner: str | None = None) -> T:
+    """Decorate a Python class: the same for its constructor, its public methods and its setters."""
+
+    def named(name, function):
+        method = explained(function)
+        method.__name__, method.__qualname__ = name, f"{owner or kind.__name__}.{name}"
+        if owner:
+            method.__module__ = kind.__module__.rpartition(".")[0]
+        return method
+
     for name, value in list(vars(kind).items()):
         if isinstance(value, classmethod):
-            setattr(kind, name, classmethod(explained(value.__func__)))
+            setattr(kind, name, classmethod(named(name, value.__func__)))
+        elif isinstance(value, property) and value.fset is not None:
+            setattr(kind, name, value.setter(named(name, value.fset)))
         elif inspect.isfunction(value) and (not name.startswith("_") or name == "__init__"):
-            setattr(kind, name, explained(value))
+            setattr(kind, name, named(name, value))
     return kind
 
 
-def _without_self(function, explain, signature, positional, keywords):
-    name = function.__qualname__
+def _explanation(function, positional, keywords):
+    """The error for arguments that do not fit; None if all seem to fit."""
+    name, signature = function.__qualname__, inspect.signature(function)
     if next(iter(signature.parameters), None) in ("self", "cls"):
+        if positional:
+            owner = positional[0] if isinstance(positional[0], type) else type(positional[0])
+            name = f"{owner.__name__}.{function.__name__}"
         name = name.removesuffix(".__init__")
         signature = signature.replace(parameters=list(signature.parameters.values())[1:])
         positional = positional[1:]
-    return explain(name, signature, positional, keywords)
-
-
-def _wrapped(function, name, module, owner=None):
-    first, _, rest = (function.__doc__ or "").partition("\n")
-    definition = ast.parse(f"def {first.replace(name, '_', 1)}: pass").body[0]
-
-    @functools.wraps(function, assigned=())
-    def call(*positional, **keywords):
-        try:
-            return function(*positional, **keywords)
-        except TypeError as error:
-            if _MISFIT in str(error):
-                explain = functools.partial(_misfit, definition=definition)
-                error = _without_self(call, explain, signature, positional, keywords)
-            positional = ()
-            raise error from None
-        except BaseException:
-            positional = ()  # debuggers show the objects of a traceback, which must be complete
-            raise
-
-    del call.__wrapped__  # stubs and help() shall see this function's own signature
-    call.__name__ = name
-    call.__qualname__ = f"{owner.__name__}.{name}" if owner else name
-    call.__module__ = module.__name__
-    call.__doc__ = rest.lstrip("\n") or None
-    doc = owner.__doc__ if name == "__init__" else call.__doc__
-    signature = _signature(definition, vars(module), _documented(doc or ""))
-    call.__signature__ = signature  # type: ignore[attr-defined]
-    return call
-
-
-def _checked_setter(setter, name):
-    annotation = ast.parse("def _" + setter.__doc__.strip() + ": pass").body[0].args.args[1].annotation
-
-    def set_value(self, value):
-        try:
-            setter(self, value)
-        except TypeError as error:
-            if _MISFIT not in str(error):
-                raise
-            raise TypeError(sentence(name, _phrase(annotation), value)) from None
-
-    return set_value
-
-
-def _documented(doc):
-    """The parameters in a docstring: their types, with the shapes of arrays, and their descriptions."""
-    section = re.search(r"^Parameters\n-+\n(.*?)(?:\n\n\w[^\n]*\n--|\Z)", doc, re.DOTALL | re.MULTILINE)
-    text = f"{section.group(1)}\n" if section else ""
-    items = re.findall(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", text, re.MULTILINE)
-    return {name: (kind, inspect.cleandoc(text)) for names, kind, text in items for name in names.split(", ")}
-
-
-def _signature(definition, names, documented):
-    """The signature for `inspect`, from pybind11's line as a definition."""
-    given, parameters = definition.args, []
-    known = {**names, "inf": math.inf, "nan": math.nan, "dtype": np.dtype}
-
-    def add(argument, default, kind):
-        value = inspect.Parameter.empty
-        if default is not None:
-            value = eval(compile(ast.Expression(default), "<signature>", "eval"), {}, known)
-        annotation = inspect.Parameter.empty
-        if argument.arg != "self" and argument.annotation is not None:
-            annotation = _readable(argument.annotation)
-            if annotation in ("object", "dict"):
-                annotation, _ = documented.get(argument.arg, (annotation, ""))
-        parameters.append(inspect.Parameter(argument.arg, kind, default=value, annotation=annotation))
-
-    missing = len(given.args) - len(given.defaults)
-    for argument, default in zip(given.args, [None] * missing + given.defaults):
-        add(argument, default, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    if given.vararg is not None:
-        parameters.append(inspect.Parameter("more", inspect.Parameter.VAR_POSITIONAL))  # pybind11's name is args
-    for argument, default in zip(given.kwonlyargs, given.kw_defaults):
-        add(argument, default, inspect.Parameter.KEYWORD_ONLY)
-    return inspect.Signature(parameters, return_annotation=_readable(definition.returns))
-
-
-def _readable(annotation):
-    """The text of an annotation in readable form."""
-    text = ast.unparse(annotation)
-    for long, short in (
-        ("typing.SupportsFloat | typing.SupportsIndex", "float"),
-        ("typing.SupportsInt | typing.SupportsIndex", "int"),
-        ("isospline._core.", ""),
-        ("collections.abc.", ""),
-        ("numpy.typing.", ""),
-        ("typing.", ""),
-        ("numpy.", "np."),
-    ):
-        text = text.replace(long, short)
-    return text
-
-
-def _misfit(name, signature, positional, keywords, definition):
-    """The error for arguments that pybind11 did not accept."""
     message = wrong_call(name, signature, positional, keywords)
     if message:
         return TypeError(message)
-    annotations = {each.arg: each.annotation for each in (*definition.args.args, *definition.args.kwonlyargs)}
-    given = signature.bind(*positional, **keywords).arguments
-    for parameter, value in given.items():
-        none_fits = value is None and signature.parameters[parameter].default is None
-        if not none_fits and not _fits(annotations[parameter], value):
-            return TypeError(
-                sentence(parameter, _phrase(annotations[parameter]), value, _lone_item(annotations[parameter], value))
-            )
-    for parameter, value in given.items():  # the remaining ones do not fit into the machine's integers
-        if _phrase(annotations[parameter]) == _WHOLE_NUMBER and not 0 <= int(value) < 2**31:
+    given = {
+        parameter: (_parsed(signature.parameters[parameter].annotation), value)
+        for parameter, value in signature.bind(*positional, **keywords).arguments.items()
+        if signature.parameters[parameter].kind not in (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
+    }
+    for parameter, (annotation, value) in given.items():
+        if not _fits(annotation, value):
+            return TypeError(sentence(parameter, _phrase(annotation), value, _lone_item(annotation, value)))
+    for parameter, (annotation, value) in given.items():  # the others do not fit into the machine's integers
+        if value is not None and _WHOLE_NUMBER in _phrase(annotation) and not 0 <= int(value) < 2**31:
             return ValueError(f"{parameter}: expected {_WHOLE_NUMBER} of 32 bits, got {value!r}")
-    return TypeError(f"{name}: expected arguments {signature}, got others")
+    return None
+
+
+def _parsed(annotation):
+    """The annotation of a parameter, a text, as a tree."""
+    text = annotation if isinstance(annotation, str) and annotation is not inspect.Parameter.empty else "Any"
+    return ast.parse(text, mode="eval").body
 
 
 def _lone_item(annotation, value):
     """The list that was probably meant if a single item was given."""
     for option in _options(annotation):
-        if _head(option) == "collections.abc.Sequence" and _fits(option.slice, value):
-            return f"[{type(value).__name__}(...)]" if type(value).__module__ not in ("builtins",) else f"[{value!r}]"
+        if _head(option) == "Sequence" and _fits(option.slice, value):
+            return f"[{type(value).__name__}(...)]" if type(value).__module__ != "builtins" else f"[{value!r}]"
     return None
 
 
 _WHOLE_NUMBER = "a whole number"
-# Pairs of types with one meaning.
-_NUMBERS = {"typing.SupportsFloat": "a number", "typing.SupportsInt": _WHOLE_NUMBER}
 _COUNTS = {2: "two", 3: "three", 4: "four"}
+_WORDS = {
+    "None": "None",
+    "bool": "True or False",
+    "int": _WHOLE_NUMBER,
+    "float": "a number",
+    "str": "a str",
+    "Literal": "a str",
+    "bytes": None,
+    "dict": "a dict",
+    "PathLike": "a path",
+    "Iterable": "an iterable",
+}
 
 
 def _options(annotation):
-    """The members of a union."""
+    """The members of a union; of a base whose name begins with an underscore, its classes."""
     if isinstance(annotation, ast.BinOp):
         return [*_options(annotation.left), *_options(annotation.right)]
+    if isinstance(annotation, ast.Name) and annotation.id.startswith("_"):
+        return [ast.Name(each) for each in family(annotation.id)] or [annotation]
     return [annotation]
 
 
 def _head(annotation):
-    """The dotted name of a type, without brackets."""
-    return ast.unparse(annotation.value if isinstance(annotation, ast.Subscript) else annotation)
-
-
-def _class_of_ours(head):
-    """The name of a compiled class, or of a class of values, which has no module in signatures; "" for other types."""
-    module, _, name = head.rpartition(".")
-    return name if module == "isospline._core" or (not module and name[0].isupper() and name != "None") else ""
+    """The name of a type, without brackets and modules."""
+    named = annotation.value if isinstance(annotation, ast.Subscript) else annotation
+    return ast.unparse(named).rpartition(".")[2]
 
 
 def _items(annotation):
     return annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
-
-
-def _size(annotation):
-    """For ``Annotated[Sequence[X], "FixedSize(2)"]``: X and 2."""
-    sequence, size = _items(annotation)
-    return _items(sequence)[0], int("".join(filter(str.isdigit, size.value)))
 
 
 def _fits(annotation, value):
@@ -260,33 +156,29 @@ def _fits(annotation, value):
 
 
 def _fits_one(annotation, value):
-    head = _head(annotation)
+    """Whether a value has a type; types without a rule here fit all values."""
+    head, has_items = _head(annotation), isinstance(annotation, ast.Subscript)
     if head == "None":
         return value is None
-    if head in _NUMBERS:
-        return _is_number(value, whole=head == "typing.SupportsInt")
-    if head == "typing.SupportsIndex":  # part of a union with one of these, which checks it
-        return False
+    if head in ("int", "float"):
+        return _is_number(value, whole=head == "int")
     if head == "bool":
-        return value is None or hasattr(type(value), "__bool__")
-    if head == "typing.Annotated":
-        item, size = _size(annotation)
-        return _is_sequence(value) and len(value) == size and all(_fits(item, each) for each in value)
-    if head == "collections.abc.Sequence":
+        return hasattr(type(value), "__bool__")
+    if head == "Sequence":
         return _is_sequence(value) and all(_fits(_items(annotation)[0], each) for each in value)
-    if head == "tuple" and isinstance(annotation, ast.Subscript):
+    if head == "tuple" and has_items:
         items = _items(annotation)
         return _is_sequence(value) and len(value) == len(items) and all(map(_fits, items, value))
-    if head == "collections.abc.Mapping":
+    if head == "Mapping":
         key, item = _items(annotation)
         return hasattr(value, "items") and all(_fits(key, k) and _fits(item, v) for k, v in value.items())
-    if head == "collections.abc.Iterable":
+    if head == "Iterable":
         return hasattr(type(value), "__iter__") or hasattr(type(value), "__getitem__")
-    if head == "os.PathLike":
+    if head == "PathLike":
         return hasattr(type(value), "__fspath__")
-    if name := _class_of_ours(head):
-        return any(kind.__name__ == name for kind in type(value).__mro__)
-    kinds: dict[str, Any] = {"str": (str, bytes), "bytes": bytes, "dict": dict}
+    if is_handed(head):
+        return any(kind.__name__ == head for kind in type(value).__mro__)
+    kinds: dict[str, Any] = {"str": (str, bytes), "Literal": str, "bytes": bytes, "dict": dict}
     return isinstance(value, kinds.get(head, object))
 
 
@@ -318,28 +210,14 @@ def _phrase(annotation, plural=False):
 
 def _phrase_one(annotation):
     head = _head(annotation)
-    if head in _NUMBERS:
-        return _NUMBERS[head]
-    if head == "typing.Annotated":
-        item, size = _size(annotation)
-        return f"{_COUNTS[size]} {_phrase(item, plural=True)}s"
-    if head == "collections.abc.Sequence":
+    if head == "Sequence":
         return f"a sequence of {_phrase(_items(annotation)[0], plural=True)}"
     if head == "tuple" and isinstance(annotation, ast.Subscript):
         items = _items(annotation)
         return f"{_COUNTS[len(items)]} {_phrase(items[0], plural=True)}s"
-    if head == "collections.abc.Mapping":
+    if head == "Mapping":
         key, item = _items(annotation)
         return f"a dict of {_phrase(key, plural=True)} to {_phrase(item, plural=True)}"
-    if name := _class_of_ours(head):
-        return f"{'an' if name[0] in 'AEIO' else 'a'} {name}"
-    return {
-        "None": "None",
-        "typing.SupportsIndex": None,
-        "bool": "True or False",
-        "str": "a str",
-        "bytes": None,
-        "dict": "a dict",
-        "os.PathLike": "a path",
-        "collections.abc.Iterable": "an iterable",
-    }.get(head, f"a value of type {head}")
+    if is_handed(head):
+        return f"{'an' if head[0] in 'AEIO' else 'a'} {head}"
+    return _WORDS.get(head)

@@ -16,12 +16,12 @@ import numpy as np
 from .. import _core
 from .handed import handed
 from .parameters import vector_text
-from .signatures import parameters_of
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
 _COMPILED = (_core.PathTracer,)
+_PATH_TRACER = ("material", "materials", "lights", "max_bounces", "seed")
 
 _DATACLASSES: list[type] = []
 
@@ -35,7 +35,7 @@ def parts(value):
     """The parameters of a value's constructor, with their values."""
     if dataclasses.is_dataclass(value):
         return {each.name: part(value, each.name) for each in dataclasses.fields(value)}
-    return {name: part(value, name) for name in parameters_of(type(value))}
+    return {name: getattr(value, name) for name in _PATH_TRACER}
 
 
 def part(value, name):
@@ -115,57 +115,6 @@ def _itself(self, memo=None):
     return self
 
 
-# Scenes, meshes and hoppers are pickled as arguments of their constructors.
-
-
-def _reduce_mesh(self):
-    attributes = self.normals, self._colors(), self.material, self.values, self.values_name
-    return _core.Mesh, (self.vertices, self.faces, *attributes)
-
-
-def _reduce_hopper(self):
-    return _make, (_core.VoxelHopper, {"surface": self.surface, "strides": self.strides})
-
-
-def _reduce_scene(self):
-    return _make_scene, (self.build_quality, self._placed_objects())
-
-
-def _make_scene(build_quality, objects):
-    scene = _core.Scene(build_quality=build_quality)
-    nothing = _core.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
-    next_id = 0
-    for id, each, transform, visibility in objects:
-        for unused in range(next_id, id):  # ids of objects that have been removed
-            scene.add(nothing)
-            scene.remove(unused)
-        scene.add(each, transform, **visibility)
-        next_id = id + 1
-    return scene
-
-
-def _copy_scene(self):
-    copied = _make_scene(*self.__reduce__()[1])
-    copied._share_built_objects(self)
-    return copied
-
-
-def _copy_surface(self):
-    return self.with_level(self.level)
-
-
-def _deep_copy(self, memo):
-    memo[id(self)] = copied = self.__copy__()
-    return copied
-
-
-def _deep_copy_scene(self, memo):
-    from copy import deepcopy
-
-    memo[id(self)] = copied = _make_scene(*deepcopy(self.__reduce__()[1], memo))
-    return copied
-
-
 class Value:
     """The base of classes of values: frozen dataclasses.
 
@@ -185,7 +134,8 @@ class Value:
 
     def _keep(self, **fields: Any) -> None:
         for name, value in fields.items():
-            if isinstance(value, np.ndarray):  # of bytes, which nobody can make writeable again
+            # Of bytes, which nobody can make writeable again; nor can one those of the compiled module.
+            if isinstance(value, np.ndarray) and (value.flags.writeable or isinstance(value.base, np.ndarray)):
                 value = np.frombuffer(value.tobytes(), value.dtype).reshape(value.shape)
             object.__setattr__(self, name, value)
         self._check()
@@ -243,8 +193,3 @@ def _add_methods(kind, **methods):
 for _kind in _COMPILED:
     _add_methods(_kind, replace=_replace, __eq__=_equal, __hash__=_hash, __reduce__=_reduce)
     _add_methods(_kind, __copy__=_itself, __deepcopy__=_itself)
-_add_methods(_core.Volume, __copy__=_itself, __deepcopy__=_itself)
-_add_methods(_core.Mesh, __copy__=_itself, __deepcopy__=_itself, __reduce__=_reduce_mesh)
-_add_methods(_core.VoxelHopper, __reduce__=_reduce_hopper)
-_add_methods(_core.Isosurface, __copy__=_copy_surface, __deepcopy__=_deep_copy)
-_add_methods(_core.Scene, __copy__=_copy_scene, __deepcopy__=_deep_copy_scene, __reduce__=_reduce_scene)

@@ -17,7 +17,7 @@ from .camera import _Camera, _LinearCamera, _Pinhole
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .._core import _CameraPosition, _Point
+    from ..base.types import CameraPosition, Point
 
 
 @explained_methods
@@ -162,7 +162,7 @@ class PerspectiveCamera(_Pinhole):
         """
         return cls(*_camera_position(camera_position), view_angle)
 
-    def to_pyvista(self, size: tuple[int, int] | None = None) -> tuple[_CameraPosition, float]:
+    def to_pyvista(self, size: tuple[int, int] | None = None) -> tuple[CameraPosition, float]:
         """The camera for a PyVista plotter.
 
         Parameters
@@ -251,7 +251,7 @@ class OrthographicCamera(_LinearCamera):
         """
         return cls(*_camera_position(camera_position), height=2.0 * number(parallel_scale, "parallel_scale"))
 
-    def to_pyvista(self) -> tuple[_CameraPosition, float]:
+    def to_pyvista(self) -> tuple[CameraPosition, float]:
         """The camera for a PyVista plotter in parallel projection.
 
         Returns
@@ -316,11 +316,11 @@ def _camera_position(value: Any) -> tuple[NDArray[np.float64], NDArray[np.float6
     return points[0], points[1], points[2]
 
 
-def _to_camera_position(camera: PerspectiveCamera | OrthographicCamera) -> _CameraPosition:
+def _to_camera_position(camera: PerspectiveCamera | OrthographicCamera) -> CameraPosition:
     return _point(camera.eye), _point(camera.target), _point(camera.up)
 
 
-def _point(place: NDArray[np.float64]) -> _Point:
+def _point(place: NDArray[np.float64]) -> Point:
     x, y, z = place.tolist()
     return x, y, z
 

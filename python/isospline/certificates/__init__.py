@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import operator
-from math import inf, isfinite
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import _core
-from ..base.signatures import attach_methods, explained
+from ..base.handed import known
+from ..base.signatures import explained
 from . import checker
 from .checker import CertificateError
 from .prover import Prover, describe_volume
@@ -18,53 +19,11 @@ from .prover import Prover, describe_volume
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["CertificateError", "check", "write_coefficients"]
+__all__ = ["CertificateError", "check", "explained", "write_coefficients"]
 
 
-def certificate(self, ray, *, t_near=0.0, t_far=inf, geometry_id=None):
-    """The proof of what one ray meets first, as data to keep and to check.
-
-    It says in rational numbers, without rounding, what `cast_rays` with `certify` says in intervals: where the ray
-    first crosses an isosurface, or that it crosses it nowhere. It is a dict for `json.dump`; its parts are explained in
-    docs/method.md, "Certificates". `isospline.certificates.check` checks it, and so does the command
-    ``isospline verify``.
-
-    Parameters
-    ----------
-    ray : (6,) array_like
-        Origin and direction, in world units.
-    t_near, t_far : float
-        Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
-    geometry_id : int, optional
-        The isosurface, which must have neither `clip`, `mask` nor `largest`, and must not be closed. By default the
-        scene's only visible object. Other objects of the scene do not change a certificate.
-
-    Returns
-    -------
-    dict
-        ``statement``: "hit", "miss" or "undecided"; a ray is undecided where it touches the surface or begins on it.
-        ``model``: the numbers of the model, and the SHA-256 of its coefficients. ``ray``: its numbers and limits.
-        ``cover``: the way before the crossing in pieces without a gap, each with the reason why it is free. ``hit``:
-        the ends of an interval of t in which f crosses the level exactly once, the intervals of the polynomials'
-        Bernstein coefficients, and those of the gradient's coordinates. ``undecided``: the ends of the interval, and a
-        bound on \\|f - level\\| in it.
-
-    Raises
-    ------
-    ValueError
-        If the ray is not one ray of finite numbers, the limits are not in order, there is no such isosurface, or
-        nothing can be proven of it.
-
-    Examples
-    --------
-    >>> import isospline
-    >>> field = isospline.volumes.sphere()
-    >>> scene = isospline.Scene(isospline.Isosurface(field.volume(16), field.level))
-    >>> certificate = scene.certificate((-3, 0.1, 0.2, 1, 0, 0))
-    >>> certificate["statement"], len(certificate["cover"])
-    ('hit', 4)
-    >>> isospline.certificates.check(certificate, scene.object(0).volume)
-    """
+def certificate(self, ray, t_near, t_far, geometry_id):
+    """See `Scene.certificate`."""
     numbers = _core._as_array(ray, "ray").astype(float)
     if numbers.shape != (6,) or not np.isfinite(numbers).all() or not numbers[3:].any():
         raise ValueError(f"ray: expected six finite numbers, with a direction that is not zero, got {_shown(numbers)}")
@@ -75,7 +34,7 @@ def certificate(self, ray, *, t_near=0.0, t_far=inf, geometry_id=None):
     if not (isfinite(t_near) and t_near <= t_far):
         raise ValueError(f"t_near: expected a finite number that is at most t_far, got {t_near} and {t_far}")
     surface, transform = _one_isosurface(self, geometry_id)
-    alone = _core.Scene([(surface, transform)])
+    alone = known("Scene")([(surface, transform)])
     found = alone.cast_rays(numbers, certify=True, t_near=t_near, t_far=t_far)  # rejects other surfaces too
     prover = Prover(surface, transform, numbers.tolist(), (t_near, t_far), found.t_bounds.tolist())
     return prover.certificate()
@@ -167,6 +126,3 @@ def _one_isosurface(scene, geometry_id):
 
 def _shown(numbers):
     return f"an array of shape {numbers.shape}" if numbers.shape != (6,) else str(numbers.tolist())
-
-
-attach_methods(_core.Scene, explained, certificate=certificate)

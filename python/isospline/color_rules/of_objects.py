@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from ..base.parameters import check_type, flag, number, optional, text
 from ..base.signatures import explained_methods
-from ..interop.conversions import as_target
+from ..scene import Isosurface
+from ..scene.conversions import as_target
 from .rule import _IndexedRule, _MeasuredRule, transform_of, two_numbers
 
 if TYPE_CHECKING:
-    from .._core import Isosurface, Scene, _ColorMap, _Placeable
+    from ..base.types import ColorMap, Placeable
+    from ..scene import Scene
 
 
 @explained_methods
@@ -72,8 +74,8 @@ class ColorByDistance(_IndexedRule):
 
     def __init__(
         self,
-        other: _Placeable | Scene | ArrayLike,
-        cmap: _ColorMap = "coolwarm",
+        other: Placeable | Scene | ArrayLike,
+        cmap: ColorMap = "coolwarm",
         *,
         limits: tuple[float, float] | None = None,
         signed: bool = True,
@@ -138,7 +140,7 @@ class ColorByValue(_MeasuredRule):
     label: str
 
     def __init__(
-        self, cmap: _ColorMap = "viridis", *, limits: tuple[float, float] | None = None, label: str = ""
+        self, cmap: ColorMap = "viridis", *, limits: tuple[float, float] | None = None, label: str = ""
     ) -> None:
         self._keep(cmap=cmap, limits=optional(two_numbers, limits, "limits"), label=text(label, "label"))
 
@@ -209,7 +211,7 @@ class ColorByThickness(_IndexedRule):
 
     def __init__(
         self,
-        cmap: _ColorMap = "viridis",
+        cmap: ColorMap = "viridis",
         *,
         limits: tuple[float, float] | None = None,
         method: Literal["max_sphere", "ray"] = "ray",
@@ -218,7 +220,7 @@ class ColorByThickness(_IndexedRule):
         transform: ArrayLike | None = None,
         label: str = "",
     ) -> None:
-        check_type(surface, "surface", (_core.Isosurface, type(None)), "an Isosurface")
+        check_type(surface, "surface", (Isosurface, type(None)), "an Isosurface")
         self._keep(
             cmap=cmap,
             limits=optional(two_numbers, limits, "limits"),

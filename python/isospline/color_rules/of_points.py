@@ -13,12 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.parameters import check_type, optional, text
 from ..base.signatures import explained, explained_methods
 from ..colors import linear, one_color
-from ..interop.conversions import as_volume
+from ..scene.conversions import as_volume
 from .rule import _ColorRule, transform_of, two_numbers
 
 if TYPE_CHECKING:
-    from .._core import Volume, _ColorMap
+    from ..base.types import ColorMap
     from ..io import VolumeData
+    from ..scene import Volume
 
 
 @explained_methods
@@ -67,7 +68,7 @@ class ColorByVolume(_ColorRule):
     def __init__(
         self,
         volume: Volume | VolumeData | NDArray[Any],
-        cmap: _ColorMap = "viridis",
+        cmap: ColorMap = "viridis",
         *,
         limits: tuple[float, float] | None = None,
         transform: ArrayLike | None = None,
@@ -132,7 +133,7 @@ class ColorByCurvature(_ColorRule):
     def __init__(
         self,
         kind: Literal["mean", "gaussian", "maximum", "minimum"] = "mean",
-        cmap: _ColorMap = "coolwarm",
+        cmap: ColorMap = "coolwarm",
         *,
         limits: tuple[float, float],
     ) -> None:
@@ -175,7 +176,7 @@ class ColorByDepth(_ColorRule):
     cmap: NDArray[np.float64]
     limits: tuple[float, float] | None
 
-    def __init__(self, cmap: _ColorMap = "viridis", *, limits: tuple[float, float] | None = None) -> None:
+    def __init__(self, cmap: ColorMap = "viridis", *, limits: tuple[float, float] | None = None) -> None:
         self._keep(cmap=cmap, limits=optional(two_numbers, limits, "limits"))
 
 

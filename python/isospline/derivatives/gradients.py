@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from ..scene import Isosurface, Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,7 +19,7 @@ OF_NORMALS = ("dnormal_dlevel", "dnormal_dorigin", "dnormal_ddirection", "coeffi
 
 
 def check_scene(scene: object) -> None:
-    if not isinstance(scene, _core.Scene):
+    if not isinstance(scene, Scene):
         raise TypeError(f"scene: expected a Scene, got {type(scene).__name__}")
 
 
@@ -31,16 +32,16 @@ def outputs_of_hits(normals: bool) -> Any:
 class Placed:
     """The objects of a scene, as they are now, and their transforms, by geometry id."""
 
-    def __init__(self, scene: _core.Scene) -> None:
+    def __init__(self, scene: Scene) -> None:
         found = scene._placed_objects()
         self.objects: dict[int, Any] = {id: (item, transform) for id, item, transform, _ in found}
-        self.surfaces = {id: item for id, item, *_ in found if isinstance(item, _core.Isosurface)}
+        self.surfaces = {id: item for id, item, *_ in found if isinstance(item, Isosurface)}
         self._state = [
             (id, item, getattr(item, "level", None), transform.tobytes(), visibility.visible)
             for id, item, transform, visibility in found
         ]
 
-    def check_is_of(self, scene: _core.Scene) -> None:
+    def check_is_of(self, scene: Scene) -> None:
         """Raises if the scene has changed."""
         if self._state != Placed(scene)._state:
             raise RuntimeError("scene: expected one that has not changed since the call, got one that has")
@@ -70,7 +71,7 @@ class Gradients:
         found: dict[int, Any] = {}
         for id, surface in self.surfaces.items():
             sums = self._sums.get(id)
-            found[id] = np.zeros(surface.volume.shape) if sums is None else by_samples(surface.volume, sums)
+            found[id] = np.zeros(surface.volume.shape) if sums is None else surface.volume._by_samples(sums)
         return found
 
     def add_motion(self, id: int, by_world, points) -> None:
@@ -95,7 +96,7 @@ class Gradients:
         for id, (item, transform) in self.placed.items():
             own = moving.of_object(id)
             self.transforms[id] += own.by_transform(transform)
-            if isinstance(item, _core.Isosurface):
+            if isinstance(item, Isosurface):
                 self.levels[id] += float(own.by_level().sum())
                 self.add_coefficients(id, own.hits.coefficient_indices, own.by_coefficients())
         return by_rays
@@ -165,23 +166,3 @@ def as_gradients(name: str, given, shape) -> NDArray[np.float64]:
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: expected finite gradients, got some that are not")
     return array
-
-
-def by_samples(volume: _core.Volume, by_coefficients) -> NDArray[np.float64]:
-    """Gradients by the samples, from those by all coefficients, x fastest: the transposed prefilter."""
-    sums = by_coefficients.reshape(volume.shape, order="F" if volume.axes == "xyz" else "C")
-    if volume.filter == "none" or not sums.any():
-        return sums
-    largest = np.abs(sums).max()
-    scales = _mirrored_ends(volume.shape) if volume.boundary == "mirror" else 1.0
-    options = {name: getattr(volume, name) for name in ("degree", "boundary", "filter", "smoothing", "axes")}
-    return _core.Volume(sums / largest / scales, **options).coefficients * scales * largest
-
-
-def _mirrored_ends(shape):
-    """W of the three axes: products of 1/2 at both ends of an axis and 1 elsewhere."""
-    scales = np.ones(shape)
-    for axis, count in enumerate(shape):
-        if count > 1:
-            np.moveaxis(scales, axis, 0)[[0, -1]] *= 0.5
-    return scales

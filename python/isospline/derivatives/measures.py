@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .gradients import Gradients, Placed, as_gradients, by_samples, check_scene
+from ..scene import Isosurface, Scene
+from .gradients import Gradients, Placed, as_gradients, check_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def measure_vjp(
-    surface: _core.Isosurface, *, order: int = 4, progress: Callable[[float], object] | bool | None = None
+    surface: Isosurface, *, order: int = 4, progress: Callable[[float], object] | bool | None = None
 ) -> tuple[dict[str, float], Callable[..., dict[str, Any]]]:
     """The volume and the area of the solid that a surface bounds, and their vector-Jacobian product.
 
@@ -63,7 +64,7 @@ def measure_vjp(
     >>> bool(abs(measures["enclosed_volume"] - 1.0) < 1e-6)
     True
     """
-    if not isinstance(surface, _core.Isosurface):
+    if not isinstance(surface, Isosurface):
         raise TypeError(f"surface: expected an Isosurface, got {type(surface).__name__}")
     fixed = surface.with_level(surface.level)  # the caller may set another level before `vjp` is called
     measures = {
@@ -77,14 +78,14 @@ def measure_vjp(
         by_level, by_coefficients = fixed._measure_gradient(by_volume, by_area, order, samples, progress)
         found: dict[str, Any] = {"level": by_level}
         if by_coefficients is not None:
-            found["samples"] = by_samples(fixed.volume, by_coefficients.ravel("K"))
+            found["samples"] = fixed.volume._by_samples(by_coefficients.ravel("K"))
         return found
 
     return measures, vjp
 
 
 def distance_vjp(
-    scene: _core.Scene, points: ArrayLike, *, max_distance: float = inf
+    scene: Scene, points: ArrayLike, *, max_distance: float = inf
 ) -> tuple[NDArray[np.float64], Callable[..., dict[str, Any]]]:
     """Signed distances of points from a scene, as `Scene.signed_distance`, and their vector-Jacobian product.
 
@@ -147,7 +148,7 @@ def distance_vjp(
     for id, (item, transform) in placed.objects.items():
         own = near & (ids == id)
         moved[id] = [own]
-        if isinstance(item, _core.Isosurface):
+        if isinstance(item, Isosurface):
             home = np.linalg.inv(transform)
             at_home = feet[own] @ home[:3, :3].T + home[:3, 3]
             slopes = _slopes_by_level(item, at_home, away[own] @ transform[:3, :3])

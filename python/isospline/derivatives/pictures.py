@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..looks import Phong
+from ..scene import Scene
 from .film import Film, Samples, jittered
 from .gradients import Gradients, Placed, as_gradients, check_scene, outputs_of_hits
 from .outlines import BESIDE, Feet, Outlines
@@ -29,7 +30,7 @@ _WIDEST = 64.0
 
 
 def picture_vjp(
-    scene: _core.Scene,
+    scene: Scene,
     camera: Any,
     size: tuple[int, int],
     channel: Literal["mask", "depth", "normals"] | Phong = "mask",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import _core
+from ..scene import Mesh
 from .outlines import BESIDE, Feet
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Segments:
 
 def segments_of(item: object, film: Film, creases: bool) -> Segments:
     """The edges that may be seen as outlines from the film's eye; with `creases`, all between faces of two planes."""
-    if isinstance(item, _core.Mesh):
+    if isinstance(item, Mesh):
         return _edges_of_mesh(item, film, creases and item.normals is None)
     return _edges_of_caps(item)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..looks import Phong
 from ..picture.image import Image
+from ..scene import Scene
 from .windows import image_of
 
 
@@ -46,7 +47,7 @@ class PartOfPicture:
         return self.colors.nbytes + self.layers.nbytes
 
 
-def render_part(scene: _core.Scene, camera: Any, options: dict[str, Any]) -> PartOfPicture:
+def render_part(scene: Scene, camera: Any, options: dict[str, Any]) -> PartOfPicture:
     """Render a part of a picture's scene; options are those of `_core.render_part`."""
     image, found = _core.render_part(scene, camera, progress=None, **options)
     weighted = np.asarray(found["weights"]) > 0
@@ -86,7 +87,7 @@ def compose(parts: list[PartOfPicture], camera: Any, options: dict[str, Any]) ->
     """The image of a window from all parts of the scene, by the same operations as in the core, in the same order."""
     merged = merge(parts)
     blank_options = options | {"background": None, "shading": Phong(), "encoding": "linear"}
-    blank, found = _core.render_part(_core.Scene(), camera, progress=None, **blank_options)
+    blank, found = _core.render_part(Scene(), camera, progress=None, **blank_options)
     state = blank.__getstate__()
     pixels = found["t"].shape[1]
 

@@ -6,23 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
-from ..base.values import _make_scene
+from ..scene import Isosurface, Scene, Volume
+from ..scene.scene import scene_of
 from ..store.layout import Part
 from ..store.volume import reopen
 
-#: Describes a scene: arguments of `_make_scene`, with the states of surfaces and the stores of volumes.
+#: Describes a scene: arguments of `scene_of`, with the states of surfaces and the stores of volumes.
 Description = tuple[Any, ...]
 
 
-def describe(scene: _core.Scene) -> Description:
+def describe(scene: Scene) -> Description:
     """The description of a scene whose volumes are all in stores."""
     made_of: Any = scene.__reduce__()[1]
     build_quality, objects = made_of
     surfaces: dict[int, dict[str, Any]] = {}
 
     def described(thing):
-        if not isinstance(thing, _core.Isosurface):
+        if not isinstance(thing, Isosurface):
             return thing
         if id(thing) not in surfaces:
             state = thing.__getstate__()
@@ -43,8 +43,8 @@ class PartOfScene:
     def __init__(self, description: Description, part: Part) -> None:
         self._made_of = (description, part)
         build_quality, objects = description
-        volumes: dict[Any, _core.Volume] = {}
-        surfaces: dict[int, _core.Isosurface] = {}
+        volumes: dict[Any, Volume] = {}
+        surfaces: dict[int, Isosurface] = {}
 
         def made(state: Any) -> Any:
             if not isinstance(state, dict):
@@ -54,13 +54,13 @@ class PartOfScene:
                 if store not in volumes:
                     folder, array, memory_limit = store
                     volumes[store] = reopen(folder, array, memory_limit, part)
-                surface = _core.Isosurface.__new__(_core.Isosurface)
+                surface = Isosurface.__new__(Isosurface)
                 surface.__setstate__(state | {"volume": volumes[store]})
                 surfaces[id(state)] = surface
             return surfaces[id(state)]
 
         objects = [(id, made(state), *rest) for id, state, *rest in objects]
-        self.scene = _make_scene(build_quality, objects)
+        self.scene = scene_of(build_quality, objects)
 
     def __reduce__(self) -> Any:
         return PartOfScene, self._made_of
@@ -85,7 +85,7 @@ def split(shape: Any, count: int) -> list[Part]:
     return done
 
 
-def largest_shape(scene: _core.Scene) -> tuple[int, ...]:
+def largest_shape(scene: Scene) -> tuple[int, ...]:
     """The shape of the largest volume of a scene, along z, y and x."""
-    shapes = [item.volume.shape for _, item, *_ in scene._placed_objects() if isinstance(item, _core.Isosurface)]
+    shapes = [item.volume.shape for _, item, *_ in scene._placed_objects() if isinstance(item, Isosurface)]
     return max(shapes, key=np.prod, default=(1, 1, 1))

@@ -8,17 +8,17 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
-from .. import _core
 from ..base.parameters import check_type
 from ..base.progress import as_callable
 from ..base.signatures import explained
 from ..picture.image import Image
+from ..scene import Isosurface, Mesh, Scene
 from ..store.budget import parse_memory
 from .cluster import connected, dask_distributed
 from .picture import PictureInTheMaking
 
 if TYPE_CHECKING:
-    from .._core import _Progress
+    from ..base.types import Progress
     from ..cameras.camera import _Camera
 
 #: Pictures of a batch that are rendered at a time, so that workers stay busy while one is put together.
@@ -27,7 +27,7 @@ _AHEAD = 3
 
 @explained
 def render(
-    scene: _core.Scene | _core.Isosurface | _core.Mesh | str | os.PathLike[str],
+    scene: Scene | Isosurface | Mesh | str | os.PathLike[str],
     camera: _Camera | None = None,
     *,
     level: float | None = None,
@@ -37,7 +37,7 @@ def render(
     by: Literal["tiles", "parts"] = "tiles",
     parts: int | None = None,
     memory_limit: int | str | None = None,
-    progress: _Progress = None,
+    progress: Progress = None,
     **options: Any,
 ) -> Image:
     """Render a picture on many processes or machines.
@@ -117,7 +117,7 @@ def render(
 
 @explained
 def render_batch(
-    scene: _core.Scene | _core.Isosurface | _core.Mesh | str | os.PathLike[str],
+    scene: Scene | Isosurface | Mesh | str | os.PathLike[str],
     pictures: Iterable[Mapping[str, Any]],
     *,
     client: Any = None,

@@ -8,6 +8,7 @@ from typing import Any
 from .. import _core
 from ..picture.image import Image
 from ..picture.rendering import render
+from ..scene import Isosurface, Scene
 from ..store.volume import open_volume
 from . import fragments
 from .fragments import PartOfPicture
@@ -22,14 +23,14 @@ def load(pickled: bytes) -> Any:
     return pickle.loads(pickled)
 
 
-def open_scene(path: str, level: float, memory_limit: int | None) -> _core.Scene:
+def open_scene(path: str, level: float, memory_limit: int | None) -> Scene:
     """The scene of one isosurface of a store."""
     limit = memory_limit or DEFAULT_LIMIT
     volume = open_volume(path, memory_limit=max(limit - PROCESS, limit // 4))
-    return _core.Scene([_core.Isosurface(volume, level)])
+    return Scene([Isosurface(volume, level)])
 
 
-def open_store(store: tuple[str, float, int | None], pickled: bytes) -> tuple[_core.Scene, Any]:
+def open_store(store: tuple[str, float, int | None], pickled: bytes) -> tuple[Scene, Any]:
     """The scene of a store, and the other options of its picture."""
     return open_scene(*store), pickle.loads(pickled)
 
@@ -39,7 +40,7 @@ def load_part(description: Description, part: Any) -> PartOfScene:
     return PartOfScene(description, part)
 
 
-def render_window(picture: tuple[_core.Scene, dict[str, Any]], camera: Any, window: Any, threads: int | None) -> Image:
+def render_window(picture: tuple[Scene, dict[str, Any]], camera: Any, window: Any, threads: int | None) -> Image:
     """Render a window of a picture; the picture is a scene and options of `render`."""
     _use(threads)
     scene, options = picture

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from .._core import Isosurface, Volume
+from ..scene import Isosurface, Volume
 
 #: Longest edge, in cells, of the blocks of which second derivatives are bounded.
 LONGEST_EDGE = 4

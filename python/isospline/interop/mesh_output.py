@@ -16,26 +16,7 @@ from .single_precision import blurred_faces, numbers_of, offset_for, stl_header
 
 
 def to_trimesh(self):
-    """Convert to a mesh of trimesh, with the same vertices and faces.
-
-    Returns
-    -------
-    trimesh.Trimesh
-        With vertex normals and colours if the mesh has them, and its values among the ``vertex_attributes``. It is not
-        processed: no vertices are merged.
-
-    Raises
-    ------
-    ImportError
-        If trimesh is not installed: ``pip install isospline[interop]``.
-
-    Examples
-    --------
-    >>> import isospline
-    >>> mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_trimesh()
-    >>> print(mesh.area)
-    0.5
-    """
+    """See `Mesh.to_trimesh`."""
     with library_of("Mesh.to_trimesh"):
         return _trimesh_from(self, 0.0)
 
@@ -55,25 +36,7 @@ def _trimesh_from(mesh, offset):
 
 
 def to_pyvista(self):
-    """Convert to a surface of PyVista, and so of VTK.
-
-    Returns
-    -------
-    pyvista.PolyData
-        With the point data "Normals", active, and "colors", sRGB from 0 to 255, if the mesh has them. Its values, by
-        their name, are the active scalars.
-
-    Raises
-    ------
-    ImportError
-        If PyVista is not installed: ``pip install isospline[interop]``.
-
-    Examples
-    --------
-    >>> import isospline
-    >>> isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_pyvista().n_cells
-    1
-    """
+    """See `Mesh.to_pyvista`."""
     with library_of("Mesh.to_pyvista"):
         import pyvista
     surface = pyvista.PolyData()
@@ -90,25 +53,7 @@ def to_pyvista(self):
 
 
 def to_meshio(self):
-    """Convert to a mesh of meshio.
-
-    Returns
-    -------
-    meshio.Mesh
-        One block of triangles, with the point data "normals" and "colors", sRGB from 0 to 1, and the values, by their
-        name, if the mesh has them.
-
-    Raises
-    ------
-    ImportError
-        If meshio is not installed: ``pip install isospline[interop]``.
-
-    Examples
-    --------
-    >>> import isospline
-    >>> isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_meshio().cells_dict["triangle"].tolist()
-    [[0, 1, 2]]
-    """
+    """See `Mesh.to_meshio`."""
     with library_of("Mesh.to_meshio"):
         import meshio
     data = {"normals": self.normals, "colors": self.colors, **_named_values(self)}
@@ -120,38 +65,12 @@ def to_meshio(self):
 
 
 def surface_to_trimesh(self, tolerance=None, *, faces=None, for_print=False):
-    """Convert its mesh to trimesh: ``surface.to_mesh(tolerance, faces=faces).to_trimesh()``.
-
-    Parameters
-    ----------
-    tolerance : float, optional
-    faces : int, optional
-        As in `to_mesh`.
-    for_print : bool
-        Whether it is the mesh of `to_print_mesh`, one closed piece without cavities.
-
-    Returns
-    -------
-    trimesh.Trimesh
-    """
+    """See `Isosurface.to_trimesh`."""
     return _mesh_of(self, tolerance, faces, for_print)[0].to_trimesh()
 
 
 def surface_to_pyvista(self, tolerance=None, *, faces=None, for_print=False):
-    """Convert its mesh to PyVista: ``surface.to_mesh(tolerance, faces=faces).to_pyvista()``.
-
-    Parameters
-    ----------
-    tolerance : float, optional
-    faces : int, optional
-        As in `to_mesh`.
-    for_print : bool
-        Whether it is the mesh of `to_print_mesh`, one closed piece without cavities.
-
-    Returns
-    -------
-    pyvista.PolyData
-    """
+    """See `Isosurface.to_pyvista`."""
     return _mesh_of(self, tolerance, faces, for_print)[0].to_pyvista()
 
 
@@ -163,54 +82,7 @@ def _mesh_of(surface, tolerance, faces, for_print, progress=None):
 
 
 def write_mesh(self, path, *, unit=None):
-    """Write the mesh to a file, completely or not at all.
-
-    ========  =====================================================================  =========
-    suffix    contents                                                               by
-    ========  =====================================================================  =========
-    ``.stl``  binary; the corners of each face in float32, nothing else              trimesh
-    ``.ply``  binary; vertices, faces, normals and values in float64, 8-bit colours  meshio
-    ``.obj``  text; vertices, faces, normals and colours, 16 significant digits      trimesh
-    ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits     trimesh
-    ``.3mf``  compressed, for printers; vertices and faces, and the unit             trimesh
-    ========  =====================================================================  =========
-
-    STL and glTF hold vertices in float32. Far from the origin, for instance in UTM coordinates, float32 cannot hold the
-    detail of a mesh. Vertices are then written relative to an offset near the mesh. In glTF, the offset is the
-    translation of the mesh's node, in float64, which readers add. In STL, only the 80 bytes of the header have room for
-    it: a warning names the offset, `read_mesh` adds it, and other programs show the mesh near the origin.
-
-    Parameters
-    ----------
-    path : str or path-like
-    unit : str, optional
-        The unit of the vertices for 3MF: "um", "mm", "cm", "m", "inch" or "ft". By default millimetres, as programs
-        take numbers without a unit. The other formats hold none.
-
-    Warns
-    -----
-    UserWarning
-        If STL needs an offset, and if no offset helps: if float32 moves corners of more than 1% of the faces by more
-        than a quarter of their shortest edges, as in a mesh of small parts that are far apart.
-
-    Raises
-    ------
-    ValueError
-        For another suffix, if the mesh has no faces, if float32 cannot hold a coordinate of STL or glTF, and for
-        another unit.
-    OSError
-        If the file cannot be written.
-    ImportError
-        If the library is not installed: ``pip install isospline[interop]``.
-
-    Examples
-    --------
-    >>> import tempfile, isospline
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).write(f"{folder}/triangle.stl")
-    ...     isospline.read_mesh(f"{folder}/triangle.stl")
-    Mesh(3 vertices, 1 faces)
-    """
+    """See `Mesh.write`."""
     write = writer_of(path)
     if len(self.faces) == 0:
         raise ValueError(f"{printable(path)}: expected a mesh with faces, got none")
@@ -225,44 +97,7 @@ def write_mesh(self, path, *, unit=None):
 
 
 def write_surface(self, path, tolerance=None, *, faces=None, for_print=False, progress=None):
-    """Write the mesh of the surface to a file: ``surface.to_mesh(tolerance, faces=faces).write(path)``.
-
-    Parameters
-    ----------
-    path : str or path-like
-        Ends in ``.stl``, ``.ply``, ``.obj``, ``.glb`` or ``.3mf``; see `Mesh.write`. 3MF has the unit of the volume.
-    tolerance : float, optional
-        The largest distance between surface and mesh, world units; see `to_mesh`.
-    faces : int, optional
-        In place of a tolerance, the largest number of triangles; see `to_mesh`.
-    for_print : bool
-        Whether to write the mesh of `to_print_mesh`, one closed piece without cavities.
-    progress : callable, optional
-        Called with the finished fraction; cancels if it returns a false value other than None.
-
-    Returns
-    -------
-    PrintReport or None
-        With `for_print`, what was done; ``print(report)`` prints one sentence.
-
-    Raises
-    ------
-    ValueError, OSError, ImportError
-        As in `to_mesh`, `to_print_mesh` and `Mesh.write`.
-
-    Warns
-    -----
-    UserWarning
-        If 3MF does not have the unit of the volume, such as "nm". Also as in `to_mesh` and `Mesh.write`.
-
-    Examples
-    --------
-    >>> import tempfile, isospline
-    >>> field = isospline.volumes.sphere(0.7)
-    >>> ball = isospline.Isosurface(field.volume(32), field.level)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ball.write(f"{folder}/ball.ply", tolerance=0.05)
-    """
+    """See `Isosurface.write`."""
     writer_of(path)
     mesh, report = _mesh_of(self, tolerance, faces, for_print, progress)
     mesh.write(path, unit=three_mf.unit_for(path, self.volume))

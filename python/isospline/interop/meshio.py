@@ -10,39 +10,7 @@ from .vtk import check_indices, mesh_from_vtk
 
 
 def mesh_from_meshio(cls, mesh, **options):
-    """Convert the faces of a meshio mesh or, if it has none, the surface of its solid cells.
-
-    VTK cuts quadrilaterals, polygons and curved faces into triangles. Lines and single points are left out.
-    Normals and colours of points are kept, with the names of `Mesh.to_meshio`, or of the properties of PLY. The first
-    other array with one number a point is kept as values, with its name.
-
-    Parameters
-    ----------
-    mesh : meshio.Mesh
-        With two or three coordinates per point; with two, z is 0.
-    **options
-        Options of `Mesh`.
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    TypeError
-        If `mesh` is something else.
-    ValueError
-        If it has neither faces nor solid cells, or a vertex that is not finite.
-    ImportError
-        If meshio or PyVista is not installed: ``pip install isospline[interop]``.
-
-    Examples
-    --------
-    >>> import meshio, isospline
-    >>> square = meshio.Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [("quad", [(0, 1, 2, 3)])])
-    >>> isospline.Mesh.from_meshio(square).faces.shape
-    (2, 3)
-    """
+    """See `Mesh.from_meshio`."""
     with library_of("Mesh.from_meshio"):
         import meshio
         import pyvista

@@ -17,38 +17,7 @@ def check_trimesh(mesh):
 
 
 def mesh_from_trimesh(cls, mesh, **options):
-    """Convert a trimesh mesh, without changes of vertices and faces.
-
-    Vertex normals that the mesh has (not those that trimesh computes) and colours of vertices are kept. So are, with
-    their name, the first of the ``vertex_attributes``, or of the further properties of a PLY file, with one number a
-    vertex: the values. For a scene, attributes are kept that all its meshes have.
-
-    Parameters
-    ----------
-    mesh : trimesh.Trimesh or trimesh.Scene
-        For a scene, all meshes, placed by its graph, one after the other.
-    **options
-        Options of `Mesh`.
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    TypeError
-        If `mesh` is something else, such as a point cloud.
-    ValueError
-        If it has no faces, or a vertex that is not finite.
-    ImportError
-        If trimesh is not installed: ``pip install isospline[interop]``.
-
-    Examples
-    --------
-    >>> import trimesh, isospline
-    >>> isospline.Mesh.from_trimesh(trimesh.creation.box()).faces.shape
-    (12, 3)
-    """
+    """See `Mesh.from_trimesh`."""
     if not check_trimesh(mesh):
         parts = [_arrays(mesh, np.eye(4))]
     else:

@@ -10,42 +10,7 @@ from .checks import attributes, errors_name, library_of, to_mesh, to_volume
 
 
 def volume_from_vtk(cls, image_data, scalars=None, **options):
-    """Model an array of VTK's image data, at the positions of ``GetPoint``.
-
-    Parameters
-    ----------
-    image_data : vtkImageData
-        With any extent, spacing, origin and direction matrix.
-    scalars : str, optional
-        Name of an array of point data or cell data; samples of cells are in their middle. By default the active
-        scalars, otherwise the only array.
-    **options
-        Options of `Volume`, except the place: ``degree=3``.
-
-    Returns
-    -------
-    Volume
-
-    Raises
-    ------
-    TypeError
-        If `image_data` is something else, and for an option that would change the place.
-    ValueError
-        If it has no such array, or the array has vectors or numbers that are not finite.
-    ImportError
-        If VTK is not installed: ``pip install isospline[io]``.
-
-    Examples
-    --------
-    >>> import isospline
-    >>> from vtkmodules.vtkCommonDataModel import vtkImageData
-    >>> image = vtkImageData()
-    >>> image.SetDimensions(5, 4, 3)
-    >>> image.AllocateScalars(10, 1)
-    >>> image.GetPointData().GetScalars().Fill(0)
-    >>> isospline.Volume.from_vtk(image).shape
-    (3, 4, 5)
-    """
+    """See `Volume.from_vtk`."""
     with library_of("Volume.from_vtk"):
         from vtkmodules.vtkCommonDataModel import vtkImageData
     check_type(image_data, "image_data", vtkImageData, "image data of VTK")
@@ -55,42 +20,7 @@ def volume_from_vtk(cls, image_data, scalars=None, **options):
 
 
 def mesh_from_vtk(cls, mesh, **options):
-    """Convert a surface of VTK.
-
-    VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and single
-    points are left out. Normals of points are kept, and their colours: the active scalars or an array named colors,
-    RGB or RGBA, of three or four numbers a point, sRGB in bytes or from 0 to 1. One array with one number a
-    point is kept as values, with its name: the active scalars or, if they are something else, the first such array.
-
-    Parameters
-    ----------
-    mesh : vtkPolyData, vtkUnstructuredGrid or vtkStructuredGrid
-        For grids, their faces are used or, if they have none, the surface of their solid cells.
-    **options
-        Options of `Mesh`.
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    TypeError
-        If `mesh` is something else.
-    ValueError
-        If it has no faces, or a vertex that is not finite.
-    ImportError
-        If VTK is not installed: ``pip install isospline[io]``.
-
-    Examples
-    --------
-    >>> import isospline
-    >>> from vtkmodules.vtkFiltersSources import vtkCubeSource
-    >>> cube = vtkCubeSource()
-    >>> _ = cube.Update()
-    >>> isospline.Mesh.from_vtk(cube.GetOutput()).faces.shape
-    (12, 3)
-    """
+    """See `Mesh.from_vtk`."""
     with library_of("Mesh.from_vtk"):
         from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStructuredGrid, vtkUnstructuredGrid
     kinds = (vtkPolyData, vtkUnstructuredGrid, vtkStructuredGrid)

@@ -14,43 +14,7 @@ TOLERANCE = 0.01
 
 
 def volume_from_xarray(cls, array, dims=None, **options):
-    """Model an array of xarray, at the positions given by its coordinates.
-
-    Coordinates may be ascending or descending; dimensions without coordinates count from 0. An attribute ``direction``,
-    which ``itk.xarray_from_image`` stores in the order of the array's axes, rotates the axes about the first sample, as
-    in ITK.
-
-    Parameters
-    ----------
-    array : xarray.DataArray
-        An array of real numbers. Dimensions other than x, y and z must have length one.
-    dims : (str, str, str), optional
-        Names of the dimensions along x, y and z; by default x, y and z in lower or upper case.
-    **options
-        Options of `Volume`, except the place: ``degree=3``.
-
-    Returns
-    -------
-    Volume
-
-    Raises
-    ------
-    TypeError
-        If `array` is something else, such as a Dataset, and for an option that would change the place.
-    ValueError
-        If it lacks one of the dimensions or has more, if coordinates are not evenly spaced numbers, or if samples are
-        complex or not finite.
-    ImportError
-        If xarray is not installed: ``pip install isospline[interop]``.
-
-    Examples
-    --------
-    >>> import numpy as np, xarray, isospline
-    >>> array = xarray.DataArray(np.zeros((3, 4, 5)), {"z": [10, 12, 14]}, ("z", "y", "x"))
-    >>> volume = isospline.Volume.from_xarray(array)
-    >>> volume.spacing, volume.origin
-    (array([1., 1., 2.]), array([ 0.,  0., 10.]))
-    """
+    """See `Volume.from_xarray`."""
     with library_of("Volume.from_xarray"):
         import xarray
     check_type(array, "array", xarray.DataArray, "an xarray.DataArray")

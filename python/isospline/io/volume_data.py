@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from ..base.handed import known
 from ..base.parameters import describe_not_finite
+from ..base.shown import Shown
 from ..base.signatures import explained_methods
 from ..base.system import warn
 from . import isolated
@@ -18,12 +20,13 @@ from .label_map import warn_of_labels
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from .._core import Volume, _ModelOptions
+    from ..base.types import ModelOptions
+    from ..scene import Volume
 
 
 @explained_methods
 @dataclass(frozen=True, eq=False)
-class VolumeData:
+class VolumeData(Shown):
     r"""Samples, and their place in the world.
 
     .. math:: \mathbf{x} = \mathbf{o} + D \, \mathrm{diag}(s) \, (i, j, k)^T
@@ -131,7 +134,7 @@ class VolumeData:
         """A copy with other values of some attributes."""
         return replace(self, **fields)
 
-    def to_volume(self, **options: Unpack[_ModelOptions]) -> Volume:
+    def to_volume(self, **options: Unpack[ModelOptions]) -> Volume:
         """Model the samples: ``isospline.Volume(data.data, **{**data.frame, **options})``.
 
         Warns
@@ -144,16 +147,28 @@ class VolumeData:
         ValueError, TypeError, MemoryError
             As `Volume` does.
         """
-        from .._core import Volume
-
         warn_of_labels(self.data)
         try:
-            return Volume(self.data, **{**self.frame, **options})
+            return known("Volume")(self.data, **{**self.frame, **options})
         except ValueError as error:
             if found := describe_not_finite(self.data):
                 hint = "read_volume(path, nan=VALUE) replaces those that are NaN"
                 raise ValueError(f"data: expected finite samples, got {found}; {hint}") from error
             raise
+
+    def to_pyvista(self) -> Any:
+        """Convert to PyVista's ImageData: the samples, as the point data "values".
+
+        Returns
+        -------
+        pyvista.ImageData
+
+        Raises
+        ------
+        ImportError
+            If PyVista is not installed: ``pip install isospline[interop]``.
+        """
+        return known("volume_to_pyvista")(self)
 
     @property
     def frame(self) -> dict[str, Any]:

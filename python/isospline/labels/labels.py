@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import Isosurface, Scene
 from ..base.mistakes import sentence
 from ..base.progress import as_callable, part_of
 from ..base.results import LabelComparison, LabelMeasures, LabelTable
 from ..base.signatures import explained_methods
 from ..io import VolumeData
+from ..scene import Isosurface, Scene
 from . import files
 from .comparison import compare
 from .measures import measure

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Isosurface
 from ..io import VolumeData
+from ..scene import Isosurface
 from .segments import Segment
 from .signed_field import box_of
 

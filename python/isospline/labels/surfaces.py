@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Isosurface, Volume
 from ..base.mistakes import sentence
 from ..io import VolumeData
+from ..scene import Isosurface, Volume
 from .segments import Segment
 from .signed_field import box_of, signed_field
 

@@ -15,7 +15,7 @@ from ..colors import look_color
 from .shadings import _Look
 
 if TYPE_CHECKING:
-    from .._core import _Color, _GivenColor
+    from ..base.types import Color, GivenColor
 
 
 @explained_methods
@@ -79,11 +79,11 @@ class Material(_Look):
     >>> gold = isospline.Material((1.0, 0.77, 0.34), metallic=1, roughness=0.25)
     """
 
-    color: _GivenColor | None
+    color: GivenColor | None
     metallic: float
     roughness: float
     specular: float
-    cap_color: _GivenColor | None
+    cap_color: GivenColor | None
     opacity: float
     silhouette_opacity: float | None
     silhouette_exponent: float
@@ -91,12 +91,12 @@ class Material(_Look):
 
     def __init__(
         self,
-        color: _Color | None = None,
+        color: Color | None = None,
         *,
         metallic: float = 0.0,
         roughness: float = 0.5,
         specular: float = 0.5,
-        cap_color: _Color | None = None,
+        cap_color: Color | None = None,
         opacity: float = 1.0,
         silhouette_opacity: float | None = None,
         silhouette_exponent: float = 3.0,

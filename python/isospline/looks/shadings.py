@@ -6,9 +6,9 @@ Numbers are checked by the compiled module, where programs in C++ need the check
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,12 +23,17 @@ from ..lights import point_lights
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._core import _Color, _GivenColor
+    from typing_extensions import Self
+
+    from ..base.types import Color, GivenColor
     from ..lights import _PointLight
 
 
 class _Look(Value):
     """A shading or a material. Its attributes have colours in sRGB; `_exact` has them in linear numbers."""
+
+    #: The parameter that is the colour of the surface.
+    _surface: ClassVar[str] = "color"
 
     def _keep(self, **fields: Any) -> None:
         exact = {name: each for name, each in fields.items() if isinstance(each, Linear)}
@@ -41,7 +46,7 @@ class _Look(Value):
         opacity: float,
         silhouette_opacity: float | None,
         silhouette_exponent: float,
-        cap_color: _Color | None,
+        cap_color: Color | None,
         **others: Any,
     ) -> None:
         """Keep the parameters that all looks have, and others, which are in their final form."""
@@ -56,10 +61,27 @@ class _Look(Value):
     def _check(self) -> None:
         _core._check_look(self)
 
+    def _taking(self, other: _Look, names: Iterable[str]) -> Self:
+        """The same look with parameters of another one, which has checked them; "color" is that of the surface."""
+        taken, exact = dict(vars(self)), dict(self._exact)
+        for name in names:
+            own, theirs = (self._surface, other._surface) if name == "color" else (name, name)
+            taken[own] = getattr(other, theirs)
+            exact.pop(own, None)
+            if theirs in other._exact:
+                exact[own] = other._exact[theirs]
+        made = object.__new__(type(self))
+        vars(made).update(taken, _exact=exact)
+        return made
+
+
+class _Shading(_Look):
+    """An illumination model of surfaces."""
+
 
 @explained_methods
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Phong(_Look):
+class Phong(_Shading):
     r"""Phong's illumination model in the paper's form.
 
     .. math:: I = k_a I_a + \sum_k I_k (k_d \langle N, L_k \rangle + k_s \langle V, R_k \rangle^{n_s}),
@@ -120,7 +142,7 @@ class Phong(_Look):
     30.0
     """
 
-    color: _GivenColor
+    color: GivenColor
     ambient: float
     diffuse: float
     specular: float
@@ -133,12 +155,12 @@ class Phong(_Look):
     opacity: float
     silhouette_opacity: float | None
     silhouette_exponent: float
-    cap_color: _GivenColor | None
+    cap_color: GivenColor | None
 
     def __init__(
         self,
         *,
-        color: _Color = 1.0,
+        color: Color = 1.0,
         ambient: float = 0.05,
         diffuse: float = 0.7,
         specular: float = 0.2,
@@ -151,7 +173,7 @@ class Phong(_Look):
         opacity: float = 1.0,
         silhouette_opacity: float | None = None,
         silhouette_exponent: float = 3.0,
-        cap_color: _Color | None = None,
+        cap_color: Color | None = None,
     ) -> None:
         self._keep_look(
             color=look_color(color, "color"),
@@ -173,7 +195,7 @@ class Phong(_Look):
 
 @explained_methods
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Outline(_Look):
+class Outline(_Shading):
     r"""The paper's outline illumination model.
 
     .. math:: I = (1 - \langle N, V \rangle^2)^{n_o}
@@ -217,24 +239,26 @@ class Outline(_Look):
     >>> ink_on_paper = isospline.Outline(exponent=3, color=0, surface_color=1)
     """
 
+    _surface = "surface_color"
+
     exponent: float
-    color: _GivenColor
-    surface_color: _GivenColor
+    color: GivenColor
+    surface_color: GivenColor
     opacity: float
     silhouette_opacity: float | None
     silhouette_exponent: float
-    cap_color: _GivenColor | None
+    cap_color: GivenColor | None
 
     def __init__(
         self,
         exponent: float = 2.0,
         *,
-        color: _Color = 1.0,
-        surface_color: _Color = 0.0,
+        color: Color = 1.0,
+        surface_color: Color = 0.0,
         opacity: float = 1.0,
         silhouette_opacity: float | None = None,
         silhouette_exponent: float = 3.0,
-        cap_color: _Color | None = None,
+        cap_color: Color | None = None,
     ) -> None:
         self._keep_look(
             exponent=number(exponent, "exponent"),
@@ -249,7 +273,7 @@ class Outline(_Look):
 
 @explained_methods
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class AmbientOcclusion(_Look):
+class AmbientOcclusion(_Shading):
     r"""Ambient occlusion: the light of a uniform sky.
 
     .. math:: I = \frac{1}{\pi} \int_\Omega V(\omega) \langle N, \omega \rangle d\omega
@@ -297,22 +321,22 @@ class AmbientOcclusion(_Look):
 
     samples: int
     distance: float
-    color: _GivenColor
+    color: GivenColor
     opacity: float
     silhouette_opacity: float | None
     silhouette_exponent: float
-    cap_color: _GivenColor | None
+    cap_color: GivenColor | None
 
     def __init__(
         self,
         samples: int = 16,
         *,
         distance: float = math.inf,
-        color: _Color = 1.0,
+        color: Color = 1.0,
         opacity: float = 1.0,
         silhouette_opacity: float | None = None,
         silhouette_exponent: float = 3.0,
-        cap_color: _Color | None = None,
+        cap_color: Color | None = None,
     ) -> None:
         self._keep_look(
             samples=whole_number(samples, "samples"),

@@ -30,7 +30,7 @@ from .studio import Studio, upward_for
 from .video import check_quality, check_rate
 
 if TYPE_CHECKING:
-    from .._core import _Background, _Color, _Progress
+    from ..base.types import Background, Color, Progress
 
 #: Seconds of an animation by default.
 SECONDS = 4.0
@@ -54,14 +54,14 @@ def turntable(
     level: float | None = None,
     light: Light = None,
     environment: Any = None,
-    color: _Color | None = None,
+    color: Color | None = None,
     opacity: float | None = None,
-    background: _Background = None,
+    background: Background = None,
     samples: int = 4,
     annotate: bool | Annotation | Iterable[Annotation] | None = None,
     unit: str | None = None,
     legend: bool = False,
-    progress: _Progress = None,
+    progress: Progress = None,
 ) -> Path:
     """Render one turn around a scene to a video or to numbered pictures.
 
@@ -168,7 +168,7 @@ def animate(
     seconds: float | None = None,
     fps: float = 30.0,
     quality: float = 7.0,
-    progress: _Progress = None,
+    progress: Progress = None,
 ) -> Path:
     """Write the pictures that a function of time returns to a video or to numbered pictures.
 

@@ -13,23 +13,15 @@ from .. import _core
 from ..base.parameters import check_type
 from ..base.values import part
 from ..cameras import PanoramicCamera
-from ..color_rules import ColorByCurvature, ColorByDepth, ColorByDistance, ColorByThickness, ColorByValue, ColorByVolume
+from ..color_rules import ColorByCurvature, ColorByDepth, ColorByDistance, ColorByThickness
 from ..colors import linear_to_srgb, srgb_to_linear
 from ..looks import Phong
 from .image import Image
-from .rules import COLORS, depends_on_object, without_object
+from .rules import depends_on_object, rules_of, without_object
 
 Annotation = Literal["scale_bar", "colorbar"]
 ANNOTATIONS = ("scale_bar", "colorbar")
 
-_WITH_MAP = (
-    ColorByVolume,
-    ColorByCurvature,
-    ColorByDepth,
-    ColorByDistance,
-    ColorByValue,
-    ColorByThickness,
-)
 # The free border, as a part of the picture.
 BORDER = 0.04
 # Linear colours of marks on bright and on dark background, and the luminance that separates both.
@@ -112,11 +104,10 @@ def color_rules(look):
     looks = list(look.values()) if isinstance(look, Mapping) else [look]
     if hasattr(look, "materials"):  # of path tracers and studios
         looks = [*look.materials.values(), look.material]
-    colors = [getattr(each, name, None) for each in looks for name in COLORS]
     rules = []
-    for color in colors:
-        if isinstance(color, _WITH_MAP) and not depends_on_object(color):
-            rule = without_object(color)
+    for given in [rule for each in looks if each is not None for rule in rules_of(each).values()]:
+        if hasattr(given, "cmap") and not depends_on_object(given):
+            rule = without_object(given)
             if rule not in rules:
                 rules.append(rule)
     return rules

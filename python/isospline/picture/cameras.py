@@ -10,12 +10,12 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core
 from ..base.mistakes import sentence
 from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
 from ..base.views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
 from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
+from ..scene import Isosurface, Mesh, Scene
 from ..suggest.presentation import suggested_view
 
 
@@ -316,12 +316,10 @@ def _turned(vector: Vector, axis: Vector, angle: float) -> Vector:
 
 def extent_of(scene: Bounded) -> Extent:
     """A function that returns the extent of a scene or a box along directions."""
-    is_list = isinstance(scene, (list, tuple)) and any(
-        isinstance(each, (_core.Isosurface, _core.Mesh)) for each in scene
-    )
-    if is_list or isinstance(scene, (_core.Isosurface, _core.Mesh)):
-        scene = _core.Scene(scene)
-    if isinstance(scene, _core.Scene):
+    is_list = isinstance(scene, (list, tuple)) and any(isinstance(each, (Isosurface, Mesh)) for each in scene)
+    if is_list or isinstance(scene, (Isosurface, Mesh)):
+        scene = Scene(scene)
+    if isinstance(scene, Scene):
         if not np.isfinite(scene.extent(np.eye(3))).all():
             raise ValueError("scene: expected visible surfaces, got a scene without surfaces")
         return scene.extent

@@ -17,13 +17,14 @@ from .. import _core
 from ..base.parameters import check_path, printable
 from ..base.system import whole_file
 from ..base.values import parts, value_types
+from ..scene import Isosurface, Mesh, Scene, Volume
 
 #: The beginning of `format` in a checkpoint.
 _FORMAT = "isospline checkpoint 1"
 _HEAD = ("format", "version", "prints")
 
 
-def fingerprint(scene: _core.Scene, **options: Any) -> dict[str, str]:
+def fingerprint(scene: Scene, **options: Any) -> dict[str, str]:
     """Digests of all parts that determine a picture, by the part's name; causes come before their effects.
 
     Parameters
@@ -34,9 +35,9 @@ def fingerprint(scene: _core.Scene, **options: Any) -> dict[str, str]:
     """
     objects = scene._placed_objects()
     found = {"objects": _digest([geometry_id for geometry_id, *_ in objects])}
-    volumes: dict[_core.Volume, str] = {}  # several surfaces may share one
+    volumes: dict[Volume, str] = {}  # several surfaces may share one
     for geometry_id, item, transform, visibility in objects:
-        if isinstance(item, _core.Isosurface):
+        if isinstance(item, Isosurface):
             made_of: Any = item.__getstate__()
             volume = made_of.pop("volume")
             if volume not in volumes:
@@ -140,15 +141,15 @@ def _feed(digest, value):
     """Add the parts of a value; equal values add the same bytes, different values different bytes."""
     if isinstance(value, value_types()):
         _feed(digest, (type(value).__name__, parts(value)))
-    elif isinstance(value, _core.Volume):
+    elif isinstance(value, Volume):
         _feed(digest, ("Volume", value.__getstate__()))
-    elif isinstance(value, _core.Mesh):
+    elif isinstance(value, Mesh):
         _feed(digest, ("Mesh", value.vertices, value.faces, value.normals, value.colors, value.material))
         if value.values is not None:
             _feed(digest, value.values)
-    elif isinstance(value, _core.Isosurface):
+    elif isinstance(value, Isosurface):
         _feed(digest, ("Isosurface", value.__getstate__()))
-    elif isinstance(value, _core.Scene):
+    elif isinstance(value, Scene):
         _feed(digest, ("Scene", value._placed_objects()))
     elif isinstance(value, dict):
         _feed(digest, [(str(name), value[name]) for name in sorted(value, key=str)])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import _core
 from ..base.parameters import check_count
 from ..cameras import PanoramicCamera
 from ..colors import BACKGROUND
+from ..scene import Scene
 from .annotations import check_annotations
 from .marks import unit_of
 from .studio import Studio
@@ -31,7 +31,7 @@ def background_of(background: Any, look: Any) -> Any:
 
 def marks_of(
     annotate: Any,
-    scene: _core.Scene,
+    scene: Scene,
     camera: Any,
     look: Any,
     unit: str | None,

@@ -169,7 +169,7 @@ class EnvironmentLight(Value):
         return light
 
     def _check(self) -> None:
-        _core._check_environment(self)
+        _core._check_light(self)
 
 
 def upright(environment: Any, up: ArrayLike) -> EnvironmentLight:

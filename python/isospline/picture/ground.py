@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core
 from ..base.parameters import check_type, unit_vector
 from ..base.signatures import explained
+from ..scene import Mesh, Scene
 
 
 @explained
-def ground_for(scene: _core.Scene, *, up: ArrayLike = (0, 0, 1), reach: float = 20.0) -> _core.Mesh:
+def ground_for(scene: Scene, *, up: ArrayLike = (0, 0, 1), reach: float = 20.0) -> Mesh:
     """Make a square ground, on which a scene stands and casts shadows.
 
     Make the camera before the ground is added, so that it does not show the whole ground.
@@ -43,7 +43,7 @@ def ground_for(scene: _core.Scene, *, up: ArrayLike = (0, 0, 1), reach: float = 
     >>> camera = isospline.camera_for(scene)
     >>> ground = scene.add(isospline.ground_for(scene))
     """
-    check_type(scene, "scene", _core.Scene, "a Scene")
+    check_type(scene, "scene", Scene, "a Scene")
     z = unit_vector(up, "up")
     if not 0 < reach < np.inf:
         raise ValueError(f"reach: expected a finite number above 0, got {reach!r}")
@@ -56,4 +56,4 @@ def ground_for(scene: _core.Scene, *, up: ArrayLike = (0, 0, 1), reach: float = 
         raise ValueError("scene: expected one with an extent, got an empty one")
     foot = extents[0].mean() * x + extents[1].mean() * y + extents[2, 0] * z
     places = [foot + reach * size * (a * x + b * y) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    return _core.Mesh(places, [(0, 1, 2), (0, 2, 3)])
+    return Mesh(places, [(0, 1, 2), (0, 2, 3)])

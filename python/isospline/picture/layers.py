@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any
 
 from .. import _core
-
-if TYPE_CHECKING:
-    from .._core import _Layer
-
-    Layer: TypeAlias = _Layer | Literal["mask"]
 
 MASK, IDS = "mask", "geometry_ids"
 #: The names of all layers.

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.values import part
-from ..looks import Outline, Phong
+from ..looks import Phong
+from ..scene import Scene
 from .annotations import BORDER, Box, Covered, Drawing, blend, draw_panel, font_for, line_height, text_width
 from .image import Image
 
@@ -18,7 +19,7 @@ from .image import Image
 Row = tuple[str, NDArray[np.float64], float]
 
 
-def legend_rows(scene: _core.Scene, look: Any) -> list[Row]:
+def legend_rows(scene: Scene, look: Any) -> list[Row]:
     """The rows of the legend of a scene whose light is resolved: visible objects with a name, each name once."""
     rows: dict[str, Row] = {}
     for id, item, _, visibility in scene._placed_objects():
@@ -35,7 +36,7 @@ def _color_of(look: Any, id: int) -> tuple[NDArray[np.float64], float]:
         each = look.materials.get(id, look.material)
     else:
         each = look.get(id, Phong()) if isinstance(look, Mapping) else look
-    color = None if each is None else part(each, "surface_color" if isinstance(each, Outline) else "color")
+    color = None if each is None else part(each, each._surface)
     if color is None:
         color = 0.8 if isinstance(look, _core.PathTracer) else 1.0
     if not isinstance(color, (np.ndarray, float)):  # a rule: the middle of its map

@@ -8,22 +8,23 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
+from ..base.handed import family
 from ..base.mistakes import described, sentence
 from ..base.system import warn
 from ..colors import color_of
 from ..looks import AmbientOcclusion, Material, Outline, Phong
+from ..looks.shadings import _Shading
+from ..scene import Isosurface, Mesh, Scene
 from .environments import EnvironmentLight, upright
-from .materials import UNLIT, look_of
+from .materials import UNLIT, names_in_shadings
 from .path_tracer import PathTracer
 from .rules import Placed, completed, is_incomplete, own_material
 from .studio import Studio
 
 if TYPE_CHECKING:
-    from .._core import _Color, _Shading
+    from ..base.types import Color
 
-_OBJECTS = (_core.Isosurface, _core.Mesh)
-_SHADINGS = (Phong, Outline, AmbientOcclusion)
-_EXPECTED = "a Studio, a Phong, an Outline, an AmbientOcclusion, a PathTracer or a dict of objects to shadings"
+_OBJECTS = (Isosurface, Mesh)
 
 #: Lights with their defaults, by the names that --light of the command has.
 NAMED: dict[str, Any] = {
@@ -40,7 +41,7 @@ Light = Any  # what `render` takes
 Resolved = Any
 
 
-def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opacity: float | None = None) -> Resolved:
+def resolve(scene: Scene, light: Light, color: Color | None = None, opacity: float | None = None) -> Resolved:
     """The light with the looks of all objects of a scene.
 
     The look of an object is, in this order: what a dict of lights or materials says about it; `color` and `opacity`;
@@ -72,14 +73,19 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
         lights = by_geometry_id(scene, light, "light")
         given, light = {id: named(each) for id, each in lights.items()}, Phong()
     for each in (*given.values(), light):
-        if not isinstance(each, _SHADINGS):
-            raise TypeError(sentence("light", _EXPECTED if each is light else "shadings in the dict", each))
+        if not isinstance(each, _Shading):
+            raise TypeError(sentence("light", _expected() if each is light else "shadings in the dict", each))
     items = _items(scene)
     own = _own(items)
     if not (given or own or changes or is_incomplete(light)):
         return light
     shadings = {id: _shaded(light, own.get(id), changes) for id in items} | given
     return completed(shadings, items)
+
+
+def _expected() -> str:
+    shadings = ", ".join(f"{'an' if name[0] in 'AEIO' else 'a'} {name}" for name in family("_Shading"))
+    return f"a Studio, {shadings}, a PathTracer or a dict of objects to shadings"
 
 
 def named(light: Light) -> Light:
@@ -102,7 +108,7 @@ def in_environment(light: Light, environment: Any, up: Any) -> PathTracer:
     return path_tracer.replace(lights=[*own, upright(environment, up)])
 
 
-def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str, Any]) -> dict[int, Material]:
+def _materials(scene: Scene, light: Studio | PathTracer, changes: dict[str, Any]) -> dict[int, Material]:
     """The material of each object that differs from that of the light."""
     given = by_geometry_id(scene, light.materials, "materials")
     items = _items(scene)
@@ -110,7 +116,7 @@ def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str
     if isinstance(light, Studio) and light.material is None:
         for place, (id, (item, _)) in enumerate(items.items()):
             material = found.get(id, Material())
-            has_colors = isinstance(item, _core.Mesh) and item._colors() is not None  # at its vertices
+            has_colors = isinstance(item, Mesh) and item._colors() is not None  # at its vertices
             if material.color is None and not has_colors:
                 found[id] = material.replace(color=color_of(place))
     if changes:
@@ -121,7 +127,7 @@ def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str
     return completed(found, items)
 
 
-def _items(scene: _core.Scene) -> dict[int, Placed]:
+def _items(scene: Scene) -> dict[int, Placed]:
     return {id: (item, transform) for id, item, transform, _ in scene._placed_objects()}
 
 
@@ -130,16 +136,16 @@ def _own(items: dict[int, Placed]) -> dict[int, Material]:
     return {id: material for id, material in materials.items() if material is not None}
 
 
-def _shaded(shading: Any, material: Material | None, changes: dict[str, Any]) -> Any:
+def _shaded(shading: _Shading, material: Material | None, changes: dict[str, Any]) -> _Shading:
     """A shading with the look of a material, and with changes of it."""
-    look: dict[str, Any] = {} if material is None else look_of(material)
-    look |= changes
-    if "color" in look and isinstance(shading, Outline):
-        look["surface_color"] = look.pop("color")
-    return shading.replace(**look) if look else shading
+    if material is not None:
+        shading = shading._taking(material, names_in_shadings(material))
+    if not changes:
+        return shading
+    return shading.replace(**{shading._surface if name == "color" else name: each for name, each in changes.items()})
 
 
-def by_geometry_id(scene: _core.Scene, of_objects: Mapping[Any, Any], parameter: str) -> dict[int, Any]:
+def by_geometry_id(scene: Scene, of_objects: Mapping[Any, Any], parameter: str) -> dict[int, Any]:
     """The values for geometry ids of a mapping from objects or geometry ids."""
     of_ids = {key: value for key, value in of_objects.items() if not isinstance(key, _OBJECTS)}
     given = {id(key): value for key, value in of_objects.items() if isinstance(key, _OBJECTS)}

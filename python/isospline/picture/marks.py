@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import _core
+from ..scene import Isosurface, Scene
 from .annotations import BORDER, Box, Covered, color_bars
 from .cameras import camera_beside, camera_for, cameras_around, extent_of
 from .image import Image
@@ -34,7 +34,7 @@ class Marks:
 
     def __init__(
         self,
-        scene: _core.Scene,
+        scene: Scene,
         look: Any,
         size: tuple[int, int],
         names: tuple[str, ...],
@@ -110,7 +110,7 @@ class Marks:
         return boxes
 
 
-def unit_of(scene: _core.Scene) -> str:
+def unit_of(scene: Scene) -> str:
     """The unit of world coordinates: that of the volumes of a scene; empty if they differ, or do not tell it."""
-    units = {item.volume.unit for _, item, *_ in scene._placed_objects() if isinstance(item, _core.Isosurface)}
+    units = {item.volume.unit for _, item, *_ in scene._placed_objects() if isinstance(item, Isosurface)}
     return units.pop() if len(units) == 1 else ""

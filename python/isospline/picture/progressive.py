@@ -23,9 +23,8 @@ from .path_tracer import PathTracer
 from .scenes import as_scene
 
 if TYPE_CHECKING:
-    from .._core import _Background, _Progress
+    from ..base.types import Background, Layer, Progress
     from ..cameras.camera import _Camera
-    from .layers import Layer
 
 
 #: Seconds between two checkpoints of `ProgressiveRenderer.run`.
@@ -87,7 +86,7 @@ class ProgressiveRenderer:
         *,
         size: tuple[int, int] = SIZE,
         light: PathTracer | Literal["path-trace"] | None = None,
-        background: _Background = None,
+        background: Background = None,
         layers: Iterable[Layer] = (),
         ambient_occlusion_samples: int = 16,
         encoding: Literal["linear", "srgb8"] = "linear",
@@ -117,7 +116,7 @@ class ProgressiveRenderer:
     def __reduce__(self) -> Any:
         raise TypeError("ProgressiveRenderer: cannot be pickled or copied; save_checkpoint keeps its samples")
 
-    def step(self, samples: int = 1, *, progress: _Progress = None) -> None:
+    def step(self, samples: int = 1, *, progress: Progress = None) -> None:
         """Add samples to every pixel.
 
         Parameters
@@ -144,7 +143,7 @@ class ProgressiveRenderer:
         noise: float | None = None,
         time_limit: float | None = None,
         checkpoint: str | os.PathLike[str] | None = None,
-        progress: _Progress = None,
+        progress: Progress = None,
     ) -> Image:
         """Add samples until there are enough, the noise is small enough, or the time is over.
 
@@ -237,7 +236,7 @@ class ProgressiveRenderer:
         check_path(path)
         checkpoints.save(path, self._renderer.state(), self._fingerprint())
 
-    def load_checkpoint(self, path: str | os.PathLike[str], *, progress: _Progress = None) -> None:
+    def load_checkpoint(self, path: str | os.PathLike[str], *, progress: Progress = None) -> None:
         """Continue from a file of `save_checkpoint`. The picture is then the same, bit for bit, as without a pause.
 
         The background and other layers may differ, because samples do not depend on them.

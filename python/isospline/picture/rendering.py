@@ -9,6 +9,7 @@ from .. import _core
 from ..base.progress import as_callable
 from ..base.signatures import explained
 from ..base.views import SIZE
+from ..scene import Scene
 from .annotations import Annotation
 from .cameras import camera_for, check_camera
 from .defaults import background_of, marks_of, samples_of
@@ -21,9 +22,8 @@ from .scenes import as_scene
 from .studio import Studio, render_in_studio, upward_for
 
 if TYPE_CHECKING:
-    from .._core import _Background, _Color, _Progress
+    from ..base.types import Background, Color, Layer, Progress
     from ..cameras.camera import _Camera
-    from .layers import Layer
 
 
 @explained
@@ -34,11 +34,11 @@ def render(
     level: float | None = None,
     light: Light = None,
     environment: Any = None,
-    color: _Color | None = None,
+    color: Color | None = None,
     opacity: float | None = None,
     size: tuple[int, int] = SIZE,
     crop: tuple[int, int, int, int] | None = None,
-    background: _Background = None,
+    background: Background = None,
     samples: int | None = None,
     layers: Iterable[Layer] = (),
     ambient_occlusion_samples: int = 16,
@@ -46,7 +46,7 @@ def render(
     annotate: bool | Annotation | Iterable[Annotation] | None = None,
     unit: str | None = None,
     legend: bool = False,
-    progress: _Progress = None,
+    progress: Progress = None,
 ) -> Image:
     """Render a scene.
 
@@ -171,18 +171,18 @@ def render(
 
 
 def without_marks(
-    scene: _core.Scene,
+    scene: Scene,
     camera: Any,
     look: Any,
     *,
     samples: int,
-    background: _Background,
+    background: Background,
     size: tuple[int, int],
     crop: tuple[int, int, int, int] | None = None,
     layers: Iterable[Layer] = (),
     ambient_occlusion_samples: int = 16,
     encoding: Literal["linear", "srgb8"] = "linear",
-    progress: _Progress = None,
+    progress: Progress = None,
 ) -> Image:
     """The picture of a scene in a light with the looks of all objects, as `resolve` returns it.
 

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
 from ..color_rules import ColorByDistance, ColorByThickness, ColorByValue
-from ..color_rules.rule import _MeasuredRule
+from ..color_rules.rule import _ColorRule, _MeasuredRule
 from ..looks import Material
+from ..scene import Isosurface, Mesh, Scene
 
-#: The colours of a material or a shading.
-COLORS = ("color", "surface_color", "cap_color")
 #: An object and its transform.
 Placed = tuple[Any, NDArray[np.float64]]
 
@@ -26,7 +24,7 @@ def own_material(item: Any) -> Material | None:
     """The material of an object. The colour of a mesh with different values and no colour is by its values."""
     material: Material | None = item.material
     has_no_color = material is None or material.color is None
-    is_bare = isinstance(item, _core.Mesh) and item._colors() is None and has_no_color
+    is_bare = isinstance(item, Mesh) and item._colors() is None and has_no_color
     if is_bare and item.values is not None and _differ(item.values):
         return (material or Material()).replace(color=ColorByValue())
     return material
@@ -62,8 +60,13 @@ def completed(looks: Mapping[int, Any], items: Mapping[int, Placed]) -> dict[int
     return found
 
 
+def rules_of(look: Any) -> dict[str, _ColorRule]:
+    """The rules among the colours of a material or a shading, by parameter."""
+    return {name: rule for name, rule in vars(look).items() if isinstance(rule, _ColorRule)}
+
+
 def _rules(look):
-    return {name: rule for name in COLORS if isinstance(rule := getattr(look, name, None), _MeasuredRule)}
+    return {name: rule for name, rule in rules_of(look).items() if isinstance(rule, _MeasuredRule)}
 
 
 def _differ(values):
@@ -75,7 +78,7 @@ def _differ(values):
 def _by_value(rule, placed, peers):
     """A rule by values with limits, and with the name of the values of an object."""
     item, _ = placed
-    named = [each for each, _ in peers if isinstance(each, _core.Mesh) and each.values is not None]
+    named = [each for each, _ in peers if isinstance(each, Mesh) and each.values is not None]
     label = rule.label
     if item in named:
         named = [each for each in named if each.values_name == item.values_name]
@@ -97,10 +100,10 @@ def _by_distance(rule, placed, peers):
 
 def _points_of(item):
     """Some points of an object, in its own world; none if it has none."""
-    if isinstance(item, _core.Mesh):
+    if isinstance(item, Mesh):
         used = item.vertices[np.unique(item.faces)]
         return used[:: -(-len(used) // _POINTS) or 1]
-    if not np.isfinite(_core.Scene([item]).extent(np.eye(3))).all():
+    if not np.isfinite(Scene([item]).extent(np.eye(3))).all():
         return np.zeros((0, 3))
     return item.sample_points(_POINTS)["points"]
 
@@ -108,7 +111,7 @@ def _points_of(item):
 def _by_thickness(rule, placed, peers):
     """A rule by thickness with limits, and with a surface: that of the rule, or the object itself."""
     own = placed if rule.surface is None else (rule.surface, rule.transform)
-    if not isinstance(own[0], _core.Isosurface):
+    if not isinstance(own[0], Isosurface):
         raise ValueError("color: expected ColorByThickness(surface=...) for a mesh, got one without a surface")
     limits = rule.limits or _thickness_limits(rule, [own] if rule.surface is not None else peers)
     return rule.replace(surface=own[0], transform=own[1], limits=limits)
@@ -118,7 +121,7 @@ def _thickness_limits(rule, surfaces):
     """From 0 to the thickness below which most points of each surface are."""
     most = 0.0
     for surface, transform in surfaces:
-        if not isinstance(surface, _core.Isosurface) or not len(points := _points_of(surface)):
+        if not isinstance(surface, Isosurface) or not len(points := _points_of(surface)):
             continue
         thickness = surface.thickness(points, method=rule.method, ripple=rule.ripple)
         if (finite := thickness[np.isfinite(thickness)]).size:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
 from ..base.mistakes import sentence
 from ..io.volume_data import VolumeData
+from ..scene import Scene, Volume
 from .files import scene_of_file, surface_of
 
 
-def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
+def as_scene(shown: Any, level: float | None = None) -> Scene:
     """A scene of isosurfaces and meshes, of one of them, of the isosurface of a volume, or of a file.
 
     Parameters
@@ -26,19 +26,19 @@ def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
     if isinstance(shown, (str, os.PathLike)):
         return scene_of_file(shown, level)
     is_array = isinstance(shown, np.ndarray)
-    if isinstance(shown, (_core.Volume, VolumeData)) or (is_array and shown.ndim in (3, 4)):
-        return _core.Scene([surface_of(shown, level)])
+    if isinstance(shown, (Volume, VolumeData)) or (is_array and shown.ndim in (3, 4)):
+        return Scene([surface_of(shown, level)])
     if level is not None:
         raise ValueError(
             f"level: cannot be combined with a {type(shown).__name__}, which has one; "
             "did you mean surface.level = ... or render(volume, level=...)?"
         )
-    if isinstance(shown, _core.Scene):
+    if isinstance(shown, Scene):
         return shown
     if shown is None or is_array or isinstance(shown, Mapping):
         raise TypeError(sentence("scene", SHOWN, shown))
     try:
-        return _core.Scene(shown)
+        return Scene(shown)
     except TypeError as error:
         message = str(error).replace("objects: expected isosurfaces and meshes", f"scene: expected {SHOWN}")
         raise TypeError(message.replace("objects: ", "scene: ")) from None

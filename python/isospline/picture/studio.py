@@ -15,19 +15,19 @@ import numpy as np
 from .. import _core
 from ..base.parameters import check_count, check_type, unit_vector
 from ..base.signatures import explained_methods
-from ..base.values import parts
 from ..cameras import OrthographicCamera, PanoramicCamera
 from ..color_rules import ColorByDepth
 from ..color_rules.rule import _ColorRule
 from ..lights import DirectionalLight
 from ..looks import AmbientOcclusion, Material, Phong
+from ..scene import Scene
 from ..suggest.presentation import suggested_view
 from .ground import ground_for
 from .image import Image
-from .materials import UNLIT, check_materials, look_of
+from .materials import UNLIT, check_materials, names_in_shadings
 
 if TYPE_CHECKING:
-    from .._core import _Background
+    from ..base.types import Background
 
 #: The fractions of the ground's light that come from the key light and from the sky, and that their shadows remove.
 KEY_SHADOW, SKY_SHADOW = 0.38, 0.42
@@ -121,11 +121,11 @@ class Studio:
 
 
 def render_in_studio(
-    scene: _core.Scene,
+    scene: Scene,
     camera: Any,
     light: Studio,
     *,
-    background: _Background,
+    background: Background,
     encoding: Literal["linear", "srgb8"],
     progress: Any,
     **options: Any,
@@ -236,7 +236,7 @@ def _widened(crop, size):
     return (left, top, right - left, bottom - top), inner
 
 
-def upward_for(scene: _core.Scene, camera: Any) -> tuple[float, float, float]:
+def upward_for(scene: Scene, camera: Any) -> tuple[float, float, float]:
     """The direction away from the ground: z, or the suggested one if the camera has it above."""
     suggested, z = suggested_view(scene), (0.0, 0.0, 1.0)
     if suggested is None:
@@ -267,8 +267,7 @@ def _looks(scene, studio):
 
 def phong_of(material: Material) -> Phong:
     """The Phong shading with the look of a material: half of `Material.specular` is Phong's default."""
-    look = look_of(material)
-    return Phong(specular=0.4 * material.specular, **look)
+    return Phong(specular=0.4 * material.specular)._taking(material, names_in_shadings(material))
 
 
 def _without_values(looks):
@@ -290,9 +289,8 @@ def _add_values(image, values):
 
 def _sky(look, samples, distance):
     """Ambient occlusion in the colours and opacities of a Phong shading."""
-    shared = {each.name for each in dataclasses.fields(AmbientOcclusion)}
-    look_of_surface = {name: value for name, value in parts(look).items() if name in shared}
-    return AmbientOcclusion(samples, distance=distance or math.inf, **look_of_surface)
+    names = ("color", "opacity", "silhouette_opacity", "silhouette_exponent", "cap_color")
+    return AmbientOcclusion(samples, distance=distance or math.inf)._taking(look, names)
 
 
 def _radius(scene):

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
 from ..base.parameters import check_type
 from ..base.signatures import explained
 from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
+from ..scene import Volume
 from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .volume import open_level
 
@@ -113,11 +113,11 @@ class Scales:
 
     def __init__(self, path: str | os.PathLike[str], memory_limit: int | str = "4GB") -> None:
         self.metadata, self._limit = read_metadata(path), memory_limit
-        self._volumes: dict[int, _core.Volume] = {}
+        self._volumes: dict[int, Volume] = {}
         sizes = [max(level.shape) for level in self.metadata.scales]
         self.overview = next((i for i, size in enumerate(sizes) if size <= _OVERVIEW), len(sizes) - 1)
 
-    def volume(self, scale: int) -> _core.Volume:
+    def volume(self, scale: int) -> Volume:
         """The volume of a scale."""
         if scale not in self._volumes:
             opened = open_level(self.metadata, self.metadata.scales[scale], self._limit)

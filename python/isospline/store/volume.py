@@ -12,6 +12,7 @@ from ..base.handed import handed
 from ..base.parameters import check_path, printable
 from ..base.signatures import explained
 from ..io.confinement import check_within
+from ..scene import Volume
 from .budget import parse_memory
 from .layout import Part, read_ranges
 from .metadata import ScaleMetadata, StoreMetadata, errors_name_store, read_metadata
@@ -27,7 +28,7 @@ def open_volume(
     memory_limit: int | str = "4GB",
     scale: int = 0,
     within: str | os.PathLike[str] | None = None,
-) -> _core.Volume:
+) -> Volume:
     """Open a volume of a store, written by `convert` or ``isospline convert``, without reading its coefficients.
 
     `Isosurface`, `Scene`, `render`, rays and `Volume.sample` use it like a volume in memory, and hits are the same.
@@ -74,7 +75,7 @@ def open_volume(
 
 
 @handed
-def reopen(folder: str, array: str, memory_limit: int, part: Part | None = None) -> _core.Volume:
+def reopen(folder: str, array: str, memory_limit: int, part: Part | None = None) -> Volume:
     """Open the volume of an array of a store again, in another process, or a part of it for rays."""
     metadata = read_metadata(folder)
     for level in metadata.scales:
@@ -85,7 +86,7 @@ def reopen(folder: str, array: str, memory_limit: int, part: Part | None = None)
 
 def open_level(
     metadata: StoreMetadata, level: ScaleMetadata, memory_limit: int | str, part: Part | None = None
-) -> _core.Volume:
+) -> Volume:
     """The volume of a level of a store, or a part of it."""
     state = dict(
         spacing=np.array(level.spacing),

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
 from ..base.parameters import check_type
 from ..base.signatures import explained
 from ..levels import count_pieces, default_levels, histogram, index_shape, levels_of_histogram, some_values
+from ..scene import Isosurface, Scene, Volume
 from .grid import Grid, Inside, Samples, samples_of, some_samples
 from .holders import grown, holders
 from .plates import Plate, find_plate, is_only_plate
@@ -59,7 +59,7 @@ class Presentation:
         """The level at which it is decided what is shown: that of the body, or of a surface without its plate."""
         return self.level if self.body_level is None and self.left_out else self.body_level
 
-    def mask(self, volume: _core.Volume) -> NDArray[np.bool_] | None:
+    def mask(self, volume: Volume) -> NDArray[np.bool_] | None:
         """The samples of a volume to which the surface is confined, or None."""
         if self.confined_at is None:
             return None
@@ -75,13 +75,13 @@ class Presentation:
         return mask if self.body_level is None else mask & body_mask(volume, self.body_level, mask, self.inside)
 
 
-def body_mask(volume: _core.Volume, level: float, within: Any = None, inside: Inside = "above") -> NDArray[np.bool_]:
+def body_mask(volume: Volume, level: float, within: Any = None, inside: Inside = "above") -> NDArray[np.bool_]:
     """The samples of the largest piece at the level of the body: the patient without the table, which is apart."""
-    return _core.Isosurface(volume, level, mask=within, largest=1, inside=inside).to_mask(whole_cells=True)
+    return Isosurface(volume, level, mask=within, largest=1, inside=inside).to_mask(whole_cells=True)
 
 
 @explained
-def suggest_mask(volume: _core.Volume, *, inside: Inside = "above") -> NDArray[np.bool_] | None:
+def suggest_mask(volume: Volume, *, inside: Inside = "above") -> NDArray[np.bool_] | None:
     """Suggest the samples of a volume to which an isosurface is confined, for ``Isosurface(..., mask=)``.
 
     Left out are what is not the body in a patient's CT, what is not the head around a head, and the plate on which an
@@ -111,24 +111,24 @@ def suggest_mask(volume: _core.Volume, *, inside: Inside = "above") -> NDArray[n
     >>> print(isospline.suggest_mask(field.volume(32)))
     None
     """
-    check_type(volume, "volume", _core.Volume, "a Volume")
+    check_type(volume, "volume", Volume, "a Volume")
     return present(volume, inside=_checked(inside)).mask(volume)
 
 
-def suggested_surface(volume: _core.Volume, inside: Inside = "above") -> _core.Isosurface:
+def suggested_surface(volume: Volume, inside: Inside = "above") -> Isosurface:
     """The isosurface of a picture for which nothing is said: without specks of noise, closed at the border."""
     shown = present(volume, inside=inside)
     options: dict[str, Any] = {"inside": inside, "closed": True}
     if volume.paging is not None:  # its components would need all of it
-        return _core.Isosurface(volume, shown.level, **options)
+        return Isosurface(volume, shown.level, **options)
     options["mask"] = shown.mask(volume)
-    surface = _core.Isosurface(volume, shown.level, **options)
+    surface = Isosurface(volume, shown.level, **options)
     kept, found = count_pieces(surface)
-    return surface if kept == found else _core.Isosurface(volume, shown.level, largest=kept, **options)
+    return surface if kept == found else Isosurface(volume, shown.level, largest=kept, **options)
 
 
 @explained
-def suggest_view(volume: _core.Volume, *, inside: Inside = "above") -> SuggestedView:
+def suggest_view(volume: Volume, *, inside: Inside = "above") -> SuggestedView:
     """Suggest a view of a volume: from the front, with the top above, as a person would hold it.
 
     It is the view of pictures for which none is given. If the directions of a volume are not known, these rules apply
@@ -165,7 +165,7 @@ def suggest_view(volume: _core.Volume, *, inside: Inside = "above") -> Suggested
     >>> isospline.suggest_view(field.volume(32))
     SuggestedView(view=(-0.45, -1.0, 0.3), up=(0.0, 0.0, 1.0), reason='')
     """
-    check_type(volume, "volume", _core.Volume, "a Volume")
+    check_type(volume, "volume", Volume, "a Volume")
     return present(volume, inside=_checked(inside)).view
 
 
@@ -181,12 +181,12 @@ def suggested_view(shown: Any) -> SuggestedView | None:
 
     Of an isosurface in a scene, the view is turned with it.
     """
-    if isinstance(shown, _core.Scene):
+    if isinstance(shown, Scene):
         placed = [(item, transform) for _, item, transform, *_ in shown._placed_objects()]
     else:
         items = shown if isinstance(shown, (list, tuple)) else [shown]
         placed = [(item, np.eye(4)) for item in items]
-    surfaces = [(item, np.asarray(each)) for item, each in placed if isinstance(item, _core.Isosurface)]
+    surfaces = [(item, np.asarray(each)) for item, each in placed if isinstance(item, Isosurface)]
     if not surfaces:
         return None
     first: SuggestedView | None = None
@@ -208,7 +208,7 @@ _MOST_KNOWN = 32
 
 
 def present(
-    volume: _core.Volume,
+    volume: Volume,
     suggested: list[float] | None = None,
     minimum: float | None = None,
     inside: Inside = "above",

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
-from ..interop.mesh_files import MESH_SUFFIXES, read_mesh
 from ..io import VolumeData, read_volume
 from ..levels import bars, histogram, index_shape, levels_of_histogram, some_values
+from ..scene import Mesh, Volume
+from ..scene.mesh_files import MESH_SUFFIXES, read_mesh
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import Presentation, body_mask, present
 from .to_page import SourceAbout
@@ -65,7 +65,7 @@ class Source:
 
     @property
     def is_volume(self):
-        return isinstance(self.item, _core.Volume)
+        return isinstance(self.item, Volume)
 
     def scale(self, camera, size):
         """The scale that a picture needs; None if there is only one level."""
@@ -291,15 +291,15 @@ def source_of(item):
     """A function of a key that makes a source of a Volume, VolumeData, array or Mesh, for `Document.add`."""
 
     def make(key):
-        if isinstance(item, _core.Mesh):
+        if isinstance(item, Mesh):
             return Source(key, item)
-        patient = isinstance(item, (VolumeData, _core.Volume)) and item.patient
+        patient = isinstance(item, (VolumeData, Volume)) and item.patient
         if isinstance(item, VolumeData):
             model, samples = item.to_volume(), item.data
-        elif isinstance(item, _core.Volume):
+        elif isinstance(item, Volume):
             model, samples = item, some_values(item)
         else:
-            model, samples = _core.Volume(item), item
+            model, samples = Volume(item), item
         values, counts = histogram(samples)
         return Source(key, model, values=values, counts=counts, patient=patient)
 

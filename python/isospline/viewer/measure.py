@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from .. import _core
 from ..cameras import PerspectiveCamera
 from ..picture.rendering import render
+from ..scene import Isosurface
 from .measurements import MeasuredPoint
 
 
@@ -41,7 +41,7 @@ def measure(scene, ids, camera, size, pixel):
     position, normal = hits["positions"][0], hits["primitive_normals"][0]
     item = scene.object(geometry)
     known = {}
-    if isinstance(item, _core.Isosurface):
+    if isinstance(item, Isosurface):
         known = _of_surface(scene, item, ray[0], int(hits["primitive_ids"][0]) < item.volume.cell_count, position)
     if "mean_curvature" in known:
         thickness = float(item.thickness(position))

@@ -19,6 +19,7 @@ from ..picture.path_tracer import PathTracer
 from ..picture.progressive import ProgressiveRenderer
 from ..picture.rendering import render
 from ..picture.studio import Studio
+from ..scene import Isosurface, Scene
 from .state import SliceState
 
 #: Rays per pixel in the last pass.
@@ -105,7 +106,7 @@ class PictureMaker:
 
     def __init__(self, document):
         self._document = document
-        self._scene = _core.Scene([])
+        self._scene = Scene([])
         self._objects = {}  # object id in the state: (parameters, geometry id, object)
         # (volume key, scale, level of the body, closed): a surface that owns the index of bricks
         self._indices = {}
@@ -178,11 +179,11 @@ class PictureMaker:
         if known not in self._indices:
             is_whole = source.template and mask is None and source.template.closed == each.closed
             self._indices[known] = (
-                source.template if is_whole else _core.Isosurface(item, each.level, mask=mask, closed=each.closed)
+                source.template if is_whole else Isosurface(item, each.level, mask=mask, closed=each.closed)
             )
         if cuts is None and each.largest == self._indices[known].largest:
             return self._indices[known].with_level(each.level)
-        return _core.Isosurface(
+        return Isosurface(
             item,
             each.level,
             mask=mask,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .. import _core
+from ..scene import Isosurface, Mesh, Volume
 
 
 class Placement:
@@ -17,7 +17,7 @@ class Placement:
         """The item itself for the identity, otherwise a copy in the scene's world."""
         if np.array_equal(transform, np.eye(4)):
             return item
-        return placed_mesh(item, transform) if isinstance(item, _core.Mesh) else self._surface(item, transform)
+        return placed_mesh(item, transform) if isinstance(item, Mesh) else self._surface(item, transform)
 
     def _surface(self, surface, transform):
         state = surface.__getstate__()
@@ -30,7 +30,7 @@ class Placement:
         normals, offsets = state["clip"][:, :3], state["clip"][:, 3]
         clip = np.column_stack([normals @ inverse[:3, :3], offsets - normals @ inverse[:3, 3]])
         clip /= np.linalg.norm(clip[:, :3], axis=1, keepdims=True)
-        return _restored(_core.Isosurface, {**state, "volume": self._volumes[key][1], "clip": clip})
+        return _restored(Isosurface, {**state, "volume": self._volumes[key][1], "clip": clip})
 
 
 def placed_volume(volume, transform):
@@ -38,7 +38,7 @@ def placed_volume(volume, transform):
     affine = transform @ volume.affine
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     world = {"spacing": spacing, "origin": affine[:3, 3], "direction": affine[:3, :3] / spacing}
-    return _restored(_core.Volume, {**volume.__getstate__(), **world})
+    return _restored(Volume, {**volume.__getstate__(), **world})
 
 
 def placed_mesh(mesh, transform):
@@ -51,7 +51,7 @@ def placed_mesh(mesh, transform):
         normals = normals @ np.linalg.inv(linear)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     attributes = normals, mesh._colors(), mesh.material, mesh.values, mesh.values_name
-    return _core.Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, *attributes)
+    return Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, *attributes)
 
 
 def _restored(kind, state):

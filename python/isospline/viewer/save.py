@@ -11,6 +11,7 @@ from .. import _core
 from ..interop.single_precision import offset_for
 from ..picture.cameras import extent_of, turn
 from ..picture.video import write_video
+from ..scene import Isosurface, Mesh
 from .bundle import write_bundle
 from .checked import choice, count, flag
 from .picture import FINAL_SAMPLES, Stage
@@ -96,7 +97,7 @@ def _mesh(viewer, state):
     """The meshes of the visible isosurfaces as one."""
     with viewer.making() as maker:
         items = [maker.scene.object(geometry) for geometry in maker.geometry_ids(state).values()]
-        surfaces = [item for item in items if isinstance(item, _core.Isosurface)]
+        surfaces = [item for item in items if isinstance(item, Isosurface)]
         if not surfaces:
             raise ValueError("mesh: expected a visible isosurface, got none")
         meshes = [
@@ -105,7 +106,7 @@ def _mesh(viewer, state):
         ]
     firsts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     faces = [mesh.faces + first for mesh, first in zip(meshes, firsts)]
-    return _core.Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
 def _write_turntable(viewer, path, state, size, options):

@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterable
 from typing import Any
 
-from .. import _core
 from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
+from ..scene import Scene
 from .cell import display, in_notebook
 from .checked import number
 from .placed import Placement
@@ -105,7 +105,7 @@ def view(
 def _show(viewer, item, levels):
     if isinstance(item, (str, os.PathLike)):
         viewer.open(item, levels=levels)
-    elif isinstance(item, _core.Scene):
+    elif isinstance(item, Scene):
         placed = Placement()
         for _, shown, transform, _ in item._placed_objects():
             viewer.add(placed(shown, transform))

@@ -8,8 +8,8 @@ import threading
 from collections import Counter
 
 from ..base.parameters import check_count
-from ..interop.mesh_files import MESH_SUFFIXES
 from ..io.raw_shape import describe_raw
+from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.budget import parse_memory
 from .session import SESSION_SUFFIXES, is_inside
 from .temporary import TemporaryFolder

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import _core
 from ..base.system import warn
 from ..io import isolated
 from ..levels import count_pieces
 from ..picture.cameras import camera_for
+from ..scene import Isosurface
 from ..suggest.view import SuggestedView
 from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
@@ -136,7 +136,7 @@ class Viewer:
 
         Other levels of an isosurface get its options, until the viewer's own cut replaces its clip and mask.
         """
-        if isinstance(item, _core.Isosurface):
+        if isinstance(item, Isosurface):
             known = self.document.source_of_volume(item.volume)
 
             def make(key):
@@ -227,7 +227,7 @@ class Viewer:
                 look = {**look, "body_level": body_level}
             if source.scales is None and not table and look.get("largest") is None:
                 mask = source.mask(look.get("body_level"))
-                kept, found = count_pieces(_core.Isosurface(source.item, level, mask=mask))
+                kept, found = count_pieces(Isosurface(source.item, level, mask=mask))
                 look = {**look, "largest": kept if kept < found else None}
         first = not self._state.objects
 

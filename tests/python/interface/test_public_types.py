@@ -14,7 +14,7 @@ from isospline import volumes
 
 MODULES = (
     "isospline",
-    *(f"isospline.{name}" for name in ("base.results", "interop", "io", "research", "store", "viewer", "volumes")),
+    *(f"isospline.{name}" for name in ("base.results", "io", "research", "store", "viewer", "volumes")),
 )
 
 FIELD = volumes.torus()

@@ -400,13 +400,22 @@ def test_dask_casts_rays_on_processes():
 UNMADE = """
 import pickle, sys
 import isospline
-from isospline import _core
+from isospline import _core, research, scene
 
 surface = isospline.Isosurface(isospline.volumes.sphere().volume(6), 0.0)
 for protocol in (0, 1):
     for each in (surface, surface.volume, isospline.Scene(surface)):
         assert type(pickle.loads(pickle.dumps(each, protocol))) is type(each)
-kinds = [each for each in vars(_core).values() if type(each).__name__ == "pybind11_type"]
+derived = [isospline.Volume, isospline.Isosurface, isospline.Mesh, isospline.Scene, scene.Shell, research.VoxelHopper]
+compiled = {each.__name__: each for each in vars(_core).values() if type(each).__name__ == "pybind11_type"}
+for kind in derived:
+    assert issubclass(kind, compiled[kind.__name__])
+    try:
+        compiled[kind.__name__]()
+        raise AssertionError(kind)
+    except TypeError as error:
+        assert "derived" in str(error), error
+kinds = [*derived, *(kind for name, kind in compiled.items() if name not in [each.__name__ for each in derived])]
 assert len(kinds) > 8
 accepting = {
     "Volume": lambda volume: isospline.Isosurface(volume, 0.0),
@@ -422,8 +431,8 @@ for kind in kinds:
                 pickle.dumps(each, protocol)
             except TypeError as error:
                 assert "not initialized" in str(error) or "cannot be pickled" in str(error), error
-        for name, member in vars(kind).items():
-            if isinstance(member, property):
+        for name in dir(kind):
+            if isinstance(getattr(kind, name), property):
                 try:
                     getattr(each, name)
                 except TypeError as error:

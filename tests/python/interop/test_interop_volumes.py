@@ -1,7 +1,5 @@
 """Volumes of other libraries. The oracle is each library's own position of its samples."""
 
-import ast
-import inspect
 import subprocess
 import sys
 
@@ -314,21 +312,3 @@ def test_a_missing_library_is_named(tmp_path, method, argument, package):
     assert result.returncode == 1
     assert f"needs the package {package}" in result.stderr.replace("vtkmodules.vtkCommonDataModel", "vtkmodules")
     assert "pip install isospline[" in result.stderr
-
-
-def test_stub_has_the_arguments_of_the_conversions(repository):
-    tree = ast.parse((repository / "python" / "isospline" / "_core.pyi").read_text(encoding="utf-8"))
-    checked = 0
-    for owner in (node for node in tree.body if isinstance(node, ast.ClassDef)):
-        for node in owner.body:
-            if not (isinstance(node, ast.FunctionDef) and node.name.startswith("from_")):
-                continue
-            method = getattr(getattr(isospline, owner.name), node.name)
-            if not inspect.ismethod(method):
-                continue  # of the compiled module, which test_codebase.py compares
-            function = method.__func__
-            arguments = [argument.arg for argument in (*node.args.args, node.args.kwarg)]
-            assert arguments == list(inspect.signature(function).parameters)
-            assert (function.__name__, function.__qualname__) == (node.name, f"{owner.name}.{node.name}")
-            checked += 1
-    assert checked == 9

@@ -10,8 +10,11 @@ import pytest
 #: docs/architecture.md.
 LAYERS = (
     {"base"},
-    {"cameras", "clips", "colors", "farthest", "io", "lights"},
-    {"certificates", "distances", "interop", "levels", "looks", "volumes"},
+    {"cameras", "clips", "colors", "io", "lights"},
+    {"certificates", "interop", "looks"},
+    {"scene"},
+    {"farthest", "levels", "volumes"},
+    {"distances"},
     {"color_rules", "derivatives", "labels", "store", "suggest"},
     {"picture", "research", "torch"},
     {"distributed", "viewer"},

@@ -19,7 +19,7 @@ from interrupts import obey_signals
 from viewer_client import Client, connect, port_of, token_of
 
 import isospline
-from isospline.interop import read_mesh
+from isospline import read_mesh
 from isospline.viewer.upload import Uploads
 
 SHAPE = (8, 7, 6)

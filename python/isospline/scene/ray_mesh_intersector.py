@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import INVALID_ID, Isosurface, Mesh, Scene, _as_array
+from .._core import INVALID_ID, _as_array
 from ..base.signatures import explained_methods
-from .trimesh import check_trimesh, mesh_from_trimesh
+from ..interop.trimesh import check_trimesh, mesh_from_trimesh
+from .isosurface import Isosurface
+from .mesh import Mesh
+from .scene import Scene
 
 # Not along an axis or a diagonal, where rays often meet edges.
 _DIRECTION = np.array([0.4395064455, 0.617598629942, 0.652231566745])

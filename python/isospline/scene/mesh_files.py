@@ -9,23 +9,23 @@ import os
 from pathlib import Path
 from typing import Any
 
-from .._core import Mesh
 from ..base.parameters import check_path, printable
 from ..base.signatures import explained
 from ..colors import linear_to_srgb
+from ..interop import three_mf
+from ..interop.checks import library_of
+from ..interop.mesh_topology import equal_rows
+from ..interop.meshio import mesh_from_meshio
+from ..interop.single_precision import offset_in_header
+from ..interop.trimesh import mesh_from_trimesh
+from ..interop.vtk import mesh_from_vtk
 from ..io import isolated
 from ..io.checks import check_file, utf8
 from ..io.confinement import check_within
 from ..io.vtk import LIBRARIES, check_end, check_messages, messages
-from . import three_mf
-from .checks import library_of
+from .mesh import Mesh
 from .mesh_guards import check_before, check_gmsh
 from .mesh_references import check_entities, check_references, resolver_within
-from .mesh_topology import equal_rows
-from .meshio import mesh_from_meshio
-from .single_precision import offset_in_header
-from .trimesh import mesh_from_trimesh
-from .vtk import mesh_from_vtk
 
 
 @explained
@@ -95,7 +95,7 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     folder = None if within is None else os.path.abspath(within)
     try:
         with library_of(f"{printable(path)}: read_mesh"):
-            function = f"isospline.interop.mesh_files:{reader}"
+            function = f"isospline.scene.mesh_files:{reader}"
             arrays = isolated.call(function, path, libraries, readable=isolated.referenced(within), within=folder)
         return Mesh(**{**arrays, **options})
     except ImportError:

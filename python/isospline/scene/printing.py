@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._core import Isosurface, Mesh, Scene
+from ..base.handed import known
 from ..base.progress import as_callable, part_of
 from ..base.results import PrintReport
 from ..base.system import warn
-from .mesh_topology import components_of, equal_rows, open_edges, signed_volumes
+from ..interop.mesh_topology import components_of, equal_rows, open_edges, signed_volumes
 
 # The farthest that a vertex at the border of the volume may be from it, in samples.
 _ROUNDING = 1e-6
@@ -18,55 +18,7 @@ _DIRECTION = (0.8019, 0.5345, 0.2673)
 
 
 def to_print_mesh(self, tolerance=None, *, faces=None, progress=None):
-    """Make a mesh for a 3D printer: the largest piece of the solid, closed, without cavities, and checked.
-
-    The solid is closed at the border of the volume, whether or not the surface is ``closed``. Only its largest piece
-    is kept, the connected component with the largest volume, as ``largest=1`` keeps it; of a clipped surface, the
-    largest piece that the clip leaves. Cavities, which are closed surfaces inside the solid, are filled: no printer
-    can empty them. The mesh is then proven to be watertight.
-
-    Parameters
-    ----------
-    tolerance : float, optional
-        The largest distance between surface and mesh, world units; see `to_mesh`.
-    faces : int, optional
-        In place of a tolerance, the largest number of triangles; see `to_mesh`. It includes those of the cavities that
-        are filled and, of a clipped surface, those of pieces that are not kept.
-    progress : callable, optional
-        Called with the finished fraction; cancels if it returns a false value other than None.
-
-    Returns
-    -------
-    Mesh
-        In the volume's world space, with normals.
-    PrintReport
-        What was done. ``str(report)`` is one sentence.
-
-    Raises
-    ------
-    ValueError
-        If there is no surface; for a `clip` that is not capped; for a ``largest`` other than 1 or None; if a `mask`
-        cuts the surface, where it stays open. Also as in `to_mesh`.
-
-    Warns
-    -----
-    UserWarning
-        If the mesh touches itself, where samples equal the level. Also as in `to_mesh`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import isospline
-    >>> z, y, x = np.mgrid[0:24, 0:24, 0:40]
-    >>> radius = np.sqrt((x - 12) ** 2 + (y - 12) ** 2 + (z - 12) ** 2)
-    >>> hollow, speck = np.minimum(9 - radius, radius - 4), 3 - np.sqrt((x - 32) ** 2 + (y - 12) ** 2 + (z - 12) ** 2)
-    >>> surface = isospline.Isosurface(isospline.Volume(np.maximum(hollow, speck), unit="mm"), 0)
-    >>> mesh, report = surface.to_print_mesh(tolerance=0.2)
-    >>> report.pieces, report.cavities, report.closed_at_border
-    (2, 1, False)
-    >>> print(str(report).replace(f"{report.faces:,}", "N"))
-    kept 1 of 2 pieces, filled 1 cavity, N faces, watertight, no faces cross
-    """
+    """See `Isosurface.to_print_mesh`."""
     progress = as_callable(progress)
     closed, count, hidden = _closed_solid(self, progress)
     is_proven = tolerance is not None or faces is not None
@@ -75,7 +27,7 @@ def to_print_mesh(self, tolerance=None, *, faces=None, progress=None):
     _check_closed(mesh, closed)
     kept, cavities, solids = _largest_solid(mesh.vertices, mesh.faces)
     used, corners = np.unique(mesh.faces[kept], return_inverse=True)
-    printed = Mesh(mesh.vertices[used], corners.reshape(-1, 3), mesh.normals[used])
+    printed = known("Mesh")(mesh.vertices[used], corners.reshape(-1, 3), mesh.normals[used])
     report = PrintReport(
         pieces=max(count, hidden + solids),
         cavities=cavities,
@@ -108,7 +60,8 @@ def _closed_solid(surface, progress):
 
 
 def _changed(state, **options):
-    surface = Isosurface.__new__(Isosurface)
+    kind = known("Isosurface")
+    surface = kind.__new__(kind)
     surface.__setstate__({**state, **options})
     return surface
 
@@ -145,7 +98,7 @@ def _innermost_shells(vertices, faces, labels, volumes, cavities):
     first = np.unique(labels, return_index=True)[1]
     origins = vertices[faces[first[cavities]]].mean(axis=1)
     rays = np.concatenate([origins, np.broadcast_to(_DIRECTION, origins.shape)], axis=1)
-    crossings = Scene([Mesh(vertices, faces)]).list_intersections(rays)
+    crossings = known("Scene")([known("Mesh")(vertices, faces)]).list_intersections(rays)
     pairs = np.stack([crossings.ray_ids, labels[crossings.primitive_ids.astype(np.int64)]], axis=1)
     pairs, counts = np.unique(pairs, axis=0, return_counts=True)
     rows, around = pairs[(counts % 2 == 1) & (volumes[pairs[:, 1]] > 0)].T

@@ -5,18 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import Isosurface, Mesh, Scene, Volume, _as_array
-from ..base.handed import handed
+from ..base.handed import handed, known
 from ..base.mistakes import sentence
+from ..interop.meshio import mesh_from_meshio
+from ..interop.pyvista import mesh_from_pyvista
+from ..interop.trimesh import mesh_from_trimesh
+from ..interop.vtk import mesh_from_vtk
+from ..io.volume_data import VolumeData
 
-# The class method that converts a library's mesh, by the package of its type.
-_MESHES = {"trimesh": "from_trimesh", "pyvista": "from_pyvista", "meshio": "from_meshio", "vtkmodules": "from_vtk"}
+# What converts a library's mesh, by the package of its type.
+_MESHES = {
+    "trimesh": mesh_from_trimesh,
+    "pyvista": mesh_from_pyvista,
+    "meshio": mesh_from_meshio,
+    "vtkmodules": mesh_from_vtk,
+}
 
 
-@handed
 def as_volume(value, parameter, purpose=""):
     """A volume; also from a `VolumeData` or an array indexed [z, y, x]. `purpose` says in errors what it is for."""
-    from ..io import VolumeData
-
     if isinstance(value, Volume):
         return value
     if isinstance(value, VolumeData):
@@ -26,20 +33,23 @@ def as_volume(value, parameter, purpose=""):
     raise TypeError(sentence(parameter, f"a Volume, a VolumeData or a three-dimensional array{purpose}", value))
 
 
-@handed
 def as_mesh(value, parameter):
     """A mesh; also from meshes of other libraries."""
     if isinstance(value, Mesh):
         return value
     for kind in type(value).__mro__:
-        method = _MESHES.get(kind.__module__.partition(".")[0])
-        if method is not None:
-            return getattr(Mesh, method)(value)
+        convert = _MESHES.get(kind.__module__.partition(".")[0])
+        if convert is not None:
+            return convert(known("Mesh"), value)
     expected = "an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio"
     raise TypeError(sentence(parameter, expected, value))
 
 
-@handed
+def as_object(value, parameter):
+    """An isosurface or a mesh; also from meshes of other libraries."""
+    return value if isinstance(value, Isosurface) else as_mesh(value, parameter)
+
+
 def mesh_without_faces(value):
     """The mesh that is given in place of vertices and faces."""
     if type(value).__module__.partition(".")[0] not in _MESHES and not isinstance(value, Mesh):
@@ -78,7 +88,7 @@ def as_target(other, is_signed):
     if isinstance(other, Scene):
         scene = other
     elif isinstance(other, (Isosurface, Mesh)) or type(other).__module__.partition(".")[0] in _MESHES:
-        scene = Scene([other])
+        scene = known("Scene")([other])
     else:
         try:
             points = _as_array(other, "other")
@@ -91,13 +101,12 @@ def as_target(other, is_signed):
             )
         if is_signed:
             raise ValueError("signed: expected False for distances from points, which have no inside, got True")
-        scene = Scene([Mesh(points, np.arange(len(points))[:, None].repeat(3, axis=1))])
+        scene = known("Scene")([known("Mesh")(points, np.arange(len(points))[:, None].repeat(3, axis=1))])
     if not np.isfinite(scene.extent(np.eye(3))).all():
         raise ValueError("other: expected objects with points, got some without")
     return scene
 
 
-@handed
 def as_placed_objects(objects, *more):
     """Pairs of an object and its transform or None, from one or several objects with or without transforms."""
     if more:
@@ -105,11 +114,11 @@ def as_placed_objects(objects, *more):
     if isinstance(objects, Scene):
         raise TypeError(sentence("objects", "isosurfaces and meshes", objects))
     if isinstance(objects, (Isosurface, Mesh)) or type(objects).__module__.partition(".")[0] in _MESHES:
-        return [(objects, None)]
+        objects = [objects]
     try:
         items = list(objects)
     except TypeError:
         raise TypeError(sentence("objects", "isosurfaces and meshes", objects)) from None
     is_pair = [isinstance(item, (tuple, list)) and len(item) == 2 for item in items]
     pairs = [item if pair else (item, None) for item, pair in zip(items, is_pair)]
-    return [(item if isinstance(item, Isosurface) else as_mesh(item, "objects"), place) for item, place in pairs]
+    return [(as_object(item, "objects"), place) for item, place in pairs]
