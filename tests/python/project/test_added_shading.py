@@ -73,8 +73,10 @@ def test_a_shading_is_added_by_two_files(repository, tmp_path):
             text = text.replace(before, after)
         (copy / path).write_text(text, encoding="utf-8")
     installed = tmp_path / "installed"
-    options = ("--no-deps", "--no-build-isolation", "--no-compile", "--disable-pip-version-check", "--quiet")
-    subprocess.run([sys.executable, "-m", "pip", "install", *options, "--target", installed, copy], check=True)
+    options = ["--no-deps", "--no-build-isolation", "--no-compile", "--disable-pip-version-check", "--quiet"]
+    options += ["--config-settings=cmake.build-type=Debug", "--target", installed]
+    quick = os.environ | {"CXXFLAGS": "-O0 -g0 -DHWY_COMPILE_ONLY_STATIC"}
+    subprocess.run([sys.executable, "-m", "pip", "install", *options, copy], env=quick, check=True)
     # Ahead of an editable installation of this package, whose finder comes first otherwise.
     others = "[each for each in sys.meta_path if 'ScikitBuild' not in type(each).__name__]"
     use = f"import sys\nsys.meta_path[:] = {others}\n{USE}"
