@@ -2,7 +2,6 @@
 
 #include "arrays.h"
 #include "clip.h"
-#include "handed.h"
 #include "long_call.h"
 #include "look.h"
 #include "masks.h"
@@ -152,6 +151,7 @@ py::array_t<std::int32_t> shell_cells(const ShellView& shell)
     return array;
 }
 
+/// Cells that may have points with tangent rays from the eye, (x, y, z, 1), or parallel ones along -(x, y, z, 0).
 py::array_t<std::int32_t> cells_of_outline(const Isosurface& surface, const std::array<double, 4>& eye)
 {
     const auto snapshot = surface.snapshot();

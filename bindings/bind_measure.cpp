@@ -16,7 +16,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -114,6 +113,7 @@ py::object measure(const Isosurface& surface, Quantity quantity, std::optional<d
     return as_result("measurement_of", measured);
 }
 
+/// A row of the table of isospline.measure.
 py::dict volume_and_area(const Isosurface& surface, std::optional<double> tolerance, std::optional<int> order,
                          const py::object& progress)
 {

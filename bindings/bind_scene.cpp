@@ -2,7 +2,6 @@
 
 #include "arrays.h"
 #include "certificates.h"
-#include "handed.h"
 #include "hits.h"
 #include "long_call.h"
 #include "rays.h"

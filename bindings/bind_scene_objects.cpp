@@ -1,7 +1,6 @@
 #include "arrays.h"
 #include "bind.h"
 #include "gil.h"
-#include "handed.h"
 #include "results.h"
 #include "scene_objects.h"
 

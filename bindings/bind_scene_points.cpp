@@ -11,7 +11,6 @@
 #include "isospline/util/parallel.h"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>

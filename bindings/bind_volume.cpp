@@ -18,7 +18,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -135,6 +134,7 @@ py::array coefficients(const Volume& volume)
     return result;
 }
 
+/// The coefficients as they are stored, minus the volume's offset, [z, y, x].
 py::array stored_coefficients(const Volume& volume)
 {
     const glm::ivec3 shape = volume.shape();

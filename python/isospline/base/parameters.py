@@ -56,7 +56,8 @@ def number(value: Any, parameter: str) -> float:
 def whole_number(value: Any, parameter: str) -> int:
     """A whole number of 32 bits, also of another library."""
     expected = "a whole number"
-    if isinstance(value, (str, bytes, float, np.floating)) or not hasattr(type(value), "__int__"):
+    is_whole = hasattr(type(value), "__int__") or hasattr(type(value), "__index__")
+    if isinstance(value, (str, bytes, float, np.floating)) or not is_whole:
         raise TypeError(sentence(parameter, expected, value))
     try:
         whole = int(value)

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .handed import family, is_handed
-from .mistakes import sentence, wrong_call
+from .handed import family, is_handed, known
+from .mistakes import described, sentence, wrong_call
 
 if TYPE_CHECKING:
     from typing import TypeVar
@@ -41,11 +41,8 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
         except TypeError as error:
             has_begun = error.__traceback__ is None or error.__traceback__.tb_next is not None
             if has_begun and _MISFIT not in str(error):
-                raise
-            explanation = _explanation(call, positional, keywords)
-            if explanation is None and has_begun:
-                raise
-            raise explanation or TypeError(str(error)) from None
+                raise  # by the function's own code
+            raise _explanation(call, positional, keywords, str(error)) from None
 
     return call
 
@@ -63,6 +60,8 @@ def explained_methods(kind: T, owner: str | None = None) -> T:
         method.__name__, method.__qualname__ = name, f"{owner or kind.__name__}.{name}"
         if owner:
             method.__module__ = kind.__module__.rpartition(".")[0]
+        if name == "__init__":
+            method.__doc__ = method.__doc__ or ""  # otherwise `help` shows that of the compiled class
         return method
 
     for name, value in list(vars(kind).items()):
@@ -75,19 +74,20 @@ def explained_methods(kind: T, owner: str | None = None) -> T:
     return kind
 
 
-def _explanation(function, positional, keywords):
-    """The error for arguments that do not fit; None if all seem to fit."""
+def _explanation(function, positional, keywords, said):
+    """The error for arguments that do not fit; `said` is what Python or pybind11 says of them."""
     name, signature = function.__qualname__, inspect.signature(function)
     if next(iter(signature.parameters), None) in ("self", "cls"):
         if positional:
             owner = positional[0] if isinstance(positional[0], type) else type(positional[0])
-            name = f"{owner.__name__}.{function.__name__}"
+            if hasattr(owner, function.__name__):
+                name = f"{owner.__name__}.{function.__name__}"
         name = name.removesuffix(".__init__")
         signature = signature.replace(parameters=list(signature.parameters.values())[1:])
         positional = positional[1:]
     message = wrong_call(name, signature, positional, keywords)
-    if message:
-        return TypeError(message)
+    if message or _MISFIT not in said:
+        return TypeError(message or said)
     given = {
         parameter: (_parsed(signature.parameters[parameter].annotation), value)
         for parameter, value in signature.bind(*positional, **keywords).arguments.items()
@@ -98,8 +98,9 @@ def _explanation(function, positional, keywords):
             return TypeError(sentence(parameter, _phrase(annotation), value, _lone_item(annotation, value)))
     for parameter, (annotation, value) in given.items():  # the others do not fit into the machine's integers
         if value is not None and _WHOLE_NUMBER in _phrase(annotation) and not 0 <= int(value) < 2**31:
-            return ValueError(f"{parameter}: expected {_WHOLE_NUMBER} of 32 bits, got {value!r}")
-    return None
+            bits = 32 if -(2**63) <= int(value) < 2**64 else 64
+            return ValueError(f"{parameter}: expected {_WHOLE_NUMBER} of {bits} bits, got {described(value)}")
+    return TypeError(f"{name}: expected arguments {signature}, got others")
 
 
 def _parsed(annotation):
@@ -163,7 +164,7 @@ def _fits_one(annotation, value):
     if head in ("int", "float"):
         return _is_number(value, whole=head == "int")
     if head == "bool":
-        return hasattr(type(value), "__bool__")
+        return value is None or (hasattr(type(value), "__bool__") and _converts(bool, value))
     if head == "Sequence":
         return _is_sequence(value) and all(_fits(_items(annotation)[0], each) for each in value)
     if head == "tuple" and has_items:
@@ -177,17 +178,24 @@ def _fits_one(annotation, value):
     if head == "PathLike":
         return hasattr(type(value), "__fspath__")
     if is_handed(head):
-        return any(kind.__name__ == head for kind in type(value).__mro__)
-    kinds: dict[str, Any] = {"str": (str, bytes), "Literal": str, "bytes": bytes, "dict": dict}
+        return isinstance(value, known(head))
+    if head in ("str", "Literal"):
+        return isinstance(value, bytes) or (isinstance(value, str) and _converts(str.encode, value))
+    kinds: dict[str, Any] = {"bytes": bytes, "dict": dict}
     return isinstance(value, kinds.get(head, object))
 
 
 def _is_number(value, whole):
     if isinstance(value, (str, bytes)) or (whole and isinstance(value, (float, np.floating))):
         return False
+    return _converts(int if whole else float, value)
+
+
+def _converts(convert, value):
+    """Whether a value can be converted."""
     try:
-        (int if whole else float)(value)
-    except (TypeError, ValueError, OverflowError):
+        convert(value)
+    except Exception:  # of any code of the value's type
         return False
     return True
 

@@ -19,6 +19,8 @@ from .prover import Prover, describe_volume
 if TYPE_CHECKING:
     from os import PathLike
 
+    from ..scene import Volume
+
 __all__ = ["CertificateError", "check", "explained", "write_coefficients"]
 
 
@@ -40,7 +42,7 @@ def certificate(self, ray, t_near, t_far, geometry_id):
     return prover.certificate()
 
 
-def check(certificate: dict[str, Any], volume: _core.Volume) -> None:
+def check(certificate: dict[str, Any], volume: Volume) -> None:
     """Check a certificate against a volume: with rational numbers, without rounding.
 
     Parameters
@@ -68,7 +70,7 @@ def check(certificate: dict[str, Any], volume: _core.Volume) -> None:
         raise CertificateError(f"certificate: expected one of version 1, got a damaged one ({error!r})") from None
 
 
-def write_coefficients(volume: _core.Volume, path: str | PathLike[str]) -> None:
+def write_coefficients(volume: Volume, path: str | PathLike[str]) -> None:
     """Write the stored coefficients of a volume, for `checker` alone: float32, little-endian, x fastest, no header.
 
     ``python checker.py certificate.json coefficients.f32`` needs neither isospline nor NumPy.

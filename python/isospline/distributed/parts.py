@@ -18,7 +18,7 @@ Description = tuple[Any, ...]
 def describe(scene: Scene) -> Description:
     """The description of a scene whose volumes are all in stores."""
     made_of: Any = scene.__reduce__()[1]
-    build_quality, objects = made_of
+    build_quality, objects = made_of[:2]
     surfaces: dict[int, dict[str, Any]] = {}
 
     def described(thing):

@@ -33,7 +33,7 @@ class _Look(Value):
     """A shading or a material. Its attributes have colours in sRGB; `_exact` has them in linear numbers."""
 
     #: The parameter that is the colour of the surface.
-    _surface: ClassVar[str] = "color"
+    _surface_parameter: ClassVar[str] = "color"
 
     def _keep(self, **fields: Any) -> None:
         exact = {name: each for name, each in fields.items() if isinstance(each, Linear)}
@@ -65,7 +65,7 @@ class _Look(Value):
         """The same look with parameters of another one, which has checked them; "color" is that of the surface."""
         taken, exact = dict(vars(self)), dict(self._exact)
         for name in names:
-            own, theirs = (self._surface, other._surface) if name == "color" else (name, name)
+            own, theirs = (self._surface_parameter, other._surface_parameter) if name == "color" else (name, name)
             taken[own] = getattr(other, theirs)
             exact.pop(own, None)
             if theirs in other._exact:
@@ -239,7 +239,7 @@ class Outline(_Shading):
     >>> ink_on_paper = isospline.Outline(exponent=3, color=0, surface_color=1)
     """
 
-    _surface = "surface_color"
+    _surface_parameter = "surface_color"
 
     exponent: float
     color: GivenColor

@@ -36,7 +36,7 @@ def _color_of(look: Any, id: int) -> tuple[NDArray[np.float64], float]:
         each = look.materials.get(id, look.material)
     else:
         each = look.get(id, Phong()) if isinstance(look, Mapping) else look
-    color = None if each is None else part(each, each._surface)
+    color = None if each is None else part(each, each._surface_parameter)
     if color is None:
         color = 0.8 if isinstance(look, _core.PathTracer) else 1.0
     if not isinstance(color, (np.ndarray, float)):  # a rule: the middle of its map

@@ -142,7 +142,9 @@ def _shaded(shading: _Shading, material: Material | None, changes: dict[str, Any
         shading = shading._taking(material, names_in_shadings(material))
     if not changes:
         return shading
-    return shading.replace(**{shading._surface if name == "color" else name: each for name, each in changes.items()})
+    return shading.replace(
+        **{shading._surface_parameter if name == "color" else name: each for name, each in changes.items()}
+    )
 
 
 def by_geometry_id(scene: Scene, of_objects: Mapping[Any, Any], parameter: str) -> dict[int, Any]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import _core
+from ..base.handed import known
 from ..base.signatures import methods_of
 
 if TYPE_CHECKING:
@@ -195,8 +196,7 @@ class VolumeCells(_core.Volume):
         largest = np.abs(sums).max()
         scales = _mirrored_ends(self.shape) if self.boundary == "mirror" else 1.0
         options = {name: getattr(self, name) for name in ("degree", "boundary", "filter", "smoothing", "axes")}
-        made: Any = type(self)
-        return made(sums / largest / scales, **options).coefficients * scales * largest
+        return known("Volume")(sums / largest / scales, **options).coefficients * scales * largest
 
 
 def _mirrored_ends(shape):

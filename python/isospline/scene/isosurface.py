@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from .conversions import as_volume
-from .public import public
+from .public import attributes_of, from_state, public
 from .scene_object import SceneObject
 from .surface_measures import SurfaceMeasures
 from .surface_meshes import SurfaceMeshes
@@ -217,8 +217,14 @@ class Isosurface(SceneObject, SurfaceMeasures, SurfaceMeshes, SurfaceQueries):
         """Whether cells on the border of the volume are pruned as well."""
         return super().prune_border
 
+    def __reduce__(self) -> Any:
+        return from_state, (type(self), self.__getstate__(), attributes_of(self))
+
     def __copy__(self) -> Isosurface:
-        return self.with_level(self.level)
+        if type(self) is Isosurface:  # with the same index
+            return self.with_level(self.level)
+        copied: Isosurface = from_state(*self.__reduce__()[1])
+        return copied
 
     def __deepcopy__(self, memo: Any) -> Isosurface:
         memo[id(self)] = copied = self.__copy__()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .conversions import mesh_without_faces
 from .mesh_conversions import MeshConversions
-from .public import public
+from .public import attributes_of, public, with_attributes
 from .scene_object import SceneObject
 
 if TYPE_CHECKING:
@@ -88,8 +89,6 @@ class Mesh(SceneObject, MeshConversions):
             vertices = mesh_without_faces(vertices)
         super().__init__(vertices, faces, normals, colors, material, values, values_name, color, opacity, name)
 
-    export = SceneObject.save
-
     @property
     def vertices(self) -> NDArray[np.float64]:
         """(V, 3) float64 array, world units; read-only."""
@@ -130,6 +129,10 @@ class Mesh(SceneObject, MeshConversions):
         """Its look, or None."""
         return super().material
 
+    def export(self, path: str | PathLike[str], *arguments: Any, **options: Any) -> None:
+        """The same as `save`, by the name that trimesh has."""
+        self.save(path, *arguments, **options)
+
     def __copy__(self) -> Self:
         return self
 
@@ -137,5 +140,12 @@ class Mesh(SceneObject, MeshConversions):
         return self
 
     def __reduce__(self) -> Any:
-        attributes = self.normals, self._colors(), self.material, self.values, self.values_name
-        return type(self), (self.vertices, self.faces, *attributes)
+        vertices = self.normals, self._colors(), self.material, self.values, self.values_name
+        return _made, (type(self), (self.vertices, self.faces, *vertices), attributes_of(self))
+
+
+def _made(kind, parts, attributes):
+    """A mesh of a class, from a pickle."""
+    made = kind.__new__(kind)
+    Mesh.__init__(made, *parts)
+    return with_attributes(made, attributes)

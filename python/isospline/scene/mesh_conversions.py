@@ -286,5 +286,5 @@ class MeshConversions(_core.Mesh):
         write_mesh(self, path, unit=unit)
 
     def GetClassName(self) -> str:
-        """What `pyvista.wrap` calls the object."""
+        """The name by which `pyvista.wrap` finds the conversion, so that ``plotter.add_mesh`` accepts the object."""
         return class_name(self)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 from .. import _core
 from ..base.handed import handed
@@ -14,4 +15,32 @@ T = TypeVar("T", bound=type)
 def public(kind: T) -> T:
     """Decorate a class that is derived from a compiled one: it is the class of all such objects from now on."""
     _core._derive(kind)
+    compiled: Any = kind.__repr__
+
+    def represent(self: Any) -> str:
+        try:
+            return compiled(self)
+        except TypeError:  # debuggers show objects whose constructor has failed
+            return f"<{type(self).__name__}, not initialized>"
+
+    kind.__repr__ = represent  # type: ignore[assignment]
     return handed(explained_methods(kind))
+
+
+def attributes_of(made: Any) -> dict[str, Any]:
+    """The attributes of an object of a derived class, for pickles."""
+    return dict(getattr(made, "__dict__", {}))
+
+
+def from_state(kind: Any, state: dict[str, Any], attributes: dict[str, Any]) -> Any:
+    """An object of a class, from a pickle."""
+    made = kind.__new__(kind)
+    made.__setstate__(state)
+    return with_attributes(made, attributes)
+
+
+def with_attributes(made: Any, attributes: Mapping[str, Any]) -> Any:
+    """An object with the attributes of a derived class."""
+    for name, value in attributes.items():
+        setattr(made, name, value)
+    return made

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from copy import deepcopy
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, SupportsIndex
 
 import numpy as np
@@ -15,7 +16,7 @@ from .conversions import as_object, as_placed_objects
 from .isosurface import Isosurface
 from .mesh import Mesh
 from .point_queries import PointQueries
-from .public import public
+from .public import attributes_of, public, with_attributes
 from .ray_queries import RayQueries
 
 if TYPE_CHECKING:
@@ -339,12 +340,18 @@ class Scene(RayQueries, PointQueries, Shown):
         return copied
 
     def __reduce__(self) -> Any:
-        return scene_of, (self.build_quality, self._placed_objects())
+        return scene_of, (self.build_quality, self._placed_objects(), type(self), attributes_of(self))
 
 
-def scene_of(build_quality: Any, objects: Iterable[Any]) -> Scene:
+def scene_of(
+    build_quality: Any,
+    objects: Iterable[Any],
+    kind: type[Scene] = Scene,
+    attributes: Mapping[str, Any] = MappingProxyType({}),
+) -> Scene:
     """A scene of objects with their geometry ids."""
-    scene = Scene(build_quality=build_quality)
+    scene = kind.__new__(kind)
+    Scene.__init__(scene, build_quality=build_quality)
     nothing = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
     next_id = 0
     for id, each, transform, visibility in objects:
@@ -353,4 +360,4 @@ def scene_of(build_quality: Any, objects: Iterable[Any]) -> Scene:
             scene.remove(unused)
         scene.add(each, transform, **visibility)
         next_id = id + 1
-    return scene
+    return with_attributes(scene, attributes)

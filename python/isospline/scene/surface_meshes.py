@@ -337,5 +337,5 @@ class SurfaceMeshes(_core.Isosurface):
         return write_surface(self, path, tolerance, faces=faces, for_print=for_print, progress=progress)
 
     def GetClassName(self) -> str:
-        """What `pyvista.wrap` calls the object."""
+        """The name by which `pyvista.wrap` finds the conversion, so that ``plotter.add_mesh`` accepts the object."""
         return class_name(self)

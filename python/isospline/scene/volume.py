@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.shown import Shown
 from .cells import VolumeCells
-from .public import public
+from .public import attributes_of, from_state, public
 from .volume_conversions import VolumeConversions
 
 if TYPE_CHECKING:
@@ -248,6 +248,9 @@ class Volume(VolumeCells, VolumeConversions, Shown):
         bytes_read, chunks_read, bricks_made and bricks_dropped.
         """
         return super().paging
+
+    def __reduce__(self) -> Any:
+        return from_state, (type(self), self.__getstate__(), attributes_of(self))
 
     def __copy__(self) -> Self:
         return self

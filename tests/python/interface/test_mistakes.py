@@ -1,7 +1,9 @@
 """Mistakes of new users: one sentence with the parameter, the expected and the given value, and a suggestion."""
 
 import inspect
+import pydoc
 import re
+import traceback
 
 import numpy as np
 import pytest
@@ -388,3 +390,55 @@ def test_attributes_have_docstrings():
 )
 def test_values_in_words(value, text):
     assert described(value) == text
+
+
+class NotTrue:
+    def __bool__(self):
+        raise RuntimeError("neither")
+
+
+@pytest.mark.parametrize(
+    "call, beginning",
+    [
+        (
+            lambda s: s.scene.cast_rays([(0, 0, 3, 0, 0, -1)], certify=np.array([True, False])),
+            "certify: expected True or",
+        ),
+        (lambda s: s.scene.cast_rays([(0, 0, 3, 0, 0, -1)], certify=NotTrue()), "certify: expected True or False"),
+        (lambda s: isospline.Volume(np.zeros((3, 3, 3)), unit="\ud800"), "unit: expected a str"),
+        (lambda s: isospline.Volume.sample([0, 0, 0]), "points: expected a value for this parameter of Volume.sample"),
+        (lambda s: s.surface.to_mesh().export(), "path: expected a value for this parameter of Mesh.export"),
+        (
+            lambda s: isospline.Mesh(np.eye(3), [(0, 1, 2)], material=type("Material", (), {})()),
+            "material: expected a Mat",
+        ),
+    ],
+)
+def test_what_cannot_be_converted_gets_one_sentence(volume, surface, scene, camera, call, beginning):
+    with pytest.raises(TypeError) as caught:
+        call(Subjects(volume=volume, surface=surface, scene=scene, camera=camera))
+    assert str(caught.value).startswith(beginning) and "\n" not in str(caught.value)
+
+
+def test_integers_out_of_range_are_told_with_their_bits(surface):
+    with pytest.raises(ValueError, match="^faces: expected a whole number of 64 bits, got "):
+        surface.to_mesh(faces=2**70)
+
+
+@pytest.mark.parametrize("make", [lambda: isospline.Volume(np.zeros(3)), lambda: isospline.Isosurface(3, 0)])
+def test_tracebacks_with_variables_show_what_was_not_made(make):
+    with pytest.raises((TypeError, ValueError)) as caught:
+        make()
+    shown = "".join(traceback.TracebackException.from_exception(caught.value, capture_locals=True).format())
+    assert ", not initialized>" in shown
+
+
+def test_help_shows_no_compiled_signature():
+    for kind in (
+        isospline.Volume,
+        isospline.Isosurface,
+        isospline.Mesh,
+        isospline.Scene,
+        isospline.research.VoxelHopper,
+    ):
+        assert "arg1" not in pydoc.render_doc(kind)

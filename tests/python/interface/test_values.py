@@ -453,3 +453,42 @@ def test_objects_that_were_never_initialized_raise():
     """From `__new__` alone, or from a pickle without a state."""
     done = subprocess.run([sys.executable, "-c", UNMADE], capture_output=True, encoding="utf-8", check=False)
     assert done.returncode == 0, (done.returncode, done.stderr)
+
+
+class OwnVolume(isospline.Volume):
+    def __init__(self, size):
+        super().__init__(
+            isospline.volumes.sphere().value(np.moveaxis(np.mgrid[-1 : 1 : size * 1j, -1:1:8j, -1:1:9j], 0, -1))
+        )
+        self.size = size
+
+
+class OwnSurface(isospline.Isosurface):
+    def __init__(self, volume):
+        super().__init__(volume, 0.0)
+        self.note = "own"
+
+
+class OwnMesh(isospline.Mesh):
+    def __init__(self):
+        super().__init__([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], color="red")
+        self.note = "own"
+
+
+class OwnScene(isospline.Scene):
+    def __init__(self, surface):
+        super().__init__(surface)
+        self.note = "own"
+
+
+@pytest.mark.parametrize("protocol", [0, 2, 5])
+def test_derived_classes_arrive_with_their_attributes(protocol):
+    volume = OwnVolume(7)
+    surface = OwnSurface(volume)
+    for given in (volume, surface, OwnMesh(), OwnScene(surface)):
+        arrived = pickle.loads(pickle.dumps(given, protocol))
+        assert type(arrived) is type(given) and vars(arrived) == vars(given)
+    assert type(copy.copy(surface)) is OwnSurface and copy.copy(surface).note == "own"
+    assert type(copy.copy(OwnScene(surface))) is OwnScene
+    assert volume.adjoint([0], [1.0]).shape == volume.shape == pickle.loads(pickle.dumps(volume)).shape
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(OwnMesh())).color, (1, 0, 0))
