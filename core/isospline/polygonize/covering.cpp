@@ -10,6 +10,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +18,7 @@
 #include <cstdint>
 #include <limits>
 #include <utility>
+#include <vector>
 
 namespace isospline {
 
@@ -27,16 +29,16 @@ constexpr double part_if_unsure = 0.25;
 /// Points this close to a plane of the clip count as on it, in lattice units.
 constexpr double margin = 1e-9;
 
-/// A candidate for the face that covers a box, and its distance from the middle of a box above.
-struct Candidate {
+/// A face that may cover a part of a cell, and the box, in lattice space, around the points within the tolerance of it.
+struct NearFace {
+    Box reach;
     std::uint32_t face;
-    double distance;
 };
 
-/// A face near a brick, and the box around it in lattice space.
-struct NearFace {
-    Box box;
-    std::uint32_t face;
+/// A face that may cover a box, and its distance from the box's middle.
+struct Candidate {
+    const NearFace* face;
+    double distance;
 };
 
 /// Examines one cell after the other.
@@ -59,13 +61,14 @@ public:
             row.clear();
         const Box box = isospline::box_of(brick), reach{box.lower - reach_, box.upper + reach_};
         octree_.visit(reach, [&](std::uint32_t face) {
-            const Box of_face = box_of(mesh_.vertices, mesh_.faces[face]);
-            if (!of_face.meets(reach))
+            Box of_face = box_of(mesh_.vertices, mesh_.faces[face]);
+            of_face.lower -= reach_ + margin;
+            of_face.upper += reach_ + margin;
+            if (!of_face.meets(box))
                 return true;
             const glm::ivec3 most = brick.size - 1;
-            const glm::ivec3 from(
-                glm::clamp(glm::ceil(of_face.lower - reach_ - box.lower) - 1.0, 0.0, double{brick_size}));
-            const glm::ivec3 to = glm::min(glm::ivec3(glm::max(of_face.upper + reach_ - box.lower, 0.0)), most);
+            const glm::ivec3 from(glm::clamp(glm::ceil(of_face.lower - box.lower) - 1.0, 0.0, double{brick_size}));
+            const glm::ivec3 to = glm::min(glm::ivec3(glm::max(of_face.upper - box.lower, 0.0)), most);
             for (int z = from.z; z <= to.z; ++z)
                 for (int y = from.y; y <= to.y; ++y)
                     row_at(y, z).push_back({of_face, face});
@@ -82,17 +85,12 @@ public:
         const SurfaceBox<Degree> box = surface_box<Degree>(coefficients, 0);
         if (!with_caps && !box.has_surface())
             return;
-        // Faces in the cell come first.
-        const Box inner{lower_, lower_ + 1.0}, reach{lower_ - reach_, lower_ + 1.0 + reach_};
-        std::vector<Candidate>& near = levels_[0];
+        const Box inner{lower_, lower_ + 1.0};
+        std::vector<NearFace>& near = levels_[0];
         near.clear();
-        std::size_t in_cell = 0;
         for (const NearFace& face : row_at(cell.y - first_.y, cell.z - first_.z))
-            if (face.box.meets(reach)) {
-                near.push_back({face.face, 0.0});
-                if (face.box.meets(inner))
-                    std::swap(near[in_cell++], near.back());
-            }
+            if (face.reach.meets(inner))
+                near.push_back(face);
         cut_ = nullptr;
         if (box.has_surface())
             examine(box, 0, false);
@@ -141,8 +139,11 @@ private:
         for (const HalfSpace& half_space : field_.surface().planes().all())
             if (&half_space != cut_)
                 clip_hull(points_, half_space.normal, half_space.offset - margin);
-        for (glm::dvec3& point : points_)
+        around_ = {};
+        for (glm::dvec3& point : points_) {
+            around_.extend(point);
             point = metric_.to_world * point;
+        }
     }
 
     double distance(const glm::dvec3& point, std::uint32_t index) const
@@ -160,26 +161,84 @@ private:
         return farthest;
     }
 
+    /// Drops faces farther than the tolerance from all points, if there are only a few faces.
+    void drop_far_faces(std::vector<NearFace>& near) const
+    {
+        constexpr std::size_t few = 16;
+        if (near.size() > few)
+            return;
+        const glm::dvec3 middle = points_.front();
+        double radius = 0.0;
+        for (const glm::dvec3& point : points_)
+            radius = std::max(radius, glm::distance(point, middle));
+        std::erase_if(near, [&](const NearFace& face) { return distance(middle, face.face) > tolerance_ + radius; });
+    }
+
+    /// Whether all points may be within the tolerance of a face.
+    bool may_cover(const NearFace& face) const
+    {
+        return glm::all(glm::lessThanEqual(face.reach.lower, around_.lower)) &&
+               glm::all(glm::lessThanEqual(around_.upper, face.reach.upper));
+    }
+
     /// Whether a face that covered a box lately covers all points.
     bool is_covered_by_recent()
     {
         for (std::size_t i = recent_.size(); i-- > 0;)
-            if (const double farthest = farthest_point(recent_[i]); farthest <= tolerance_) {
-                covered_by(recent_[i], farthest);
-                return true;
-            }
+            if (may_cover(recent_[i]))
+                if (const double farthest = farthest_point(recent_[i].face); farthest <= tolerance_) {
+                    covered_by(NearFace(recent_[i]), farthest);
+                    return true;
+                }
         return false;
     }
 
-    void covered_by(std::uint32_t face, double farthest)
+    void covered_by(const NearFace& face, double farthest)
     {
         covering_.distance = std::max(covering_.distance, farthest);
         constexpr std::size_t most_recent = 4;
-        if (const auto known = std::find(recent_.begin(), recent_.end(), face); known != recent_.end())
+        const auto known = std::find_if(recent_.begin(), recent_.end(),
+                                        [&](const NearFace& recent) { return recent.face == face.face; });
+        if (known != recent_.end())
             recent_.erase(known);
         else if (recent_.size() == most_recent)
             recent_.erase(recent_.begin());
         recent_.push_back(face);
+    }
+
+    /// Whether one of these faces covers all points.
+    bool is_covered_by_one_of(const std::vector<NearFace>& near)
+    {
+        candidates_.clear();
+        for (const NearFace& face : near)
+            if (may_cover(face))
+                candidates_.push_back({&face, 0.0});
+        if (candidates_.empty())
+            return false;
+        glm::dvec3 middle(0.0);
+        for (const glm::dvec3& point : points_)
+            middle += point / static_cast<double>(points_.size());
+        double radius = 0.0;
+        for (const glm::dvec3& point : points_)
+            radius = std::max(radius, glm::distance(point, middle));
+        for (Candidate& candidate : candidates_) {
+            candidate.distance = distance(middle, candidate.face->face);
+            if (candidate.distance + radius <= tolerance_) {
+                covered_by(*candidate.face, candidate.distance + radius);
+                return true;
+            }
+        }
+        constexpr std::size_t most_tries = 4;
+        const auto tries = candidates_.begin() + static_cast<std::ptrdiff_t>(std::min(candidates_.size(), most_tries));
+        std::partial_sort(candidates_.begin(), tries, candidates_.end(), [](const Candidate& a, const Candidate& b) {
+            return a.distance != b.distance ? a.distance < b.distance : a.face->face < b.face->face;
+        });
+        for (auto candidate = candidates_.begin(); candidate != tries && candidate->distance <= tolerance_; ++candidate)
+            if (const double farthest = farthest_point(candidate->face->face); farthest <= tolerance_) {
+                covered_by(*candidate->face, farthest);
+                return true;
+            }
+        return false;
     }
 
     /// Returns whether a box is covered. `is_part` tells that a box around it stands for it.
@@ -190,39 +249,17 @@ private:
         find_points(box);
         if (points_.empty() || is_covered_by_recent())
             return true;
-        glm::dvec3 middle(0.0);
-        for (const glm::dvec3& point : points_)
-            middle += point / static_cast<double>(points_.size());
-        double radius = 0.0;
-        for (const glm::dvec3& point : points_)
-            radius = std::max(radius, glm::distance(point, middle));
-
         // Faces that may cover a part of the box.
         if (levels_.size() == level + 1)
             levels_.emplace_back();
-        levels_[level + 1].clear();
-        for (const Candidate& candidate : levels_[level]) {
-            const double d = distance(middle, candidate.face);
-            if (d + radius <= tolerance_) {
-                covered_by(candidate.face, d + radius);
-                return true;
-            }
-            if (d <= tolerance_ + radius)
-                levels_[level + 1].push_back({candidate.face, d});
-        }
-        std::vector<Candidate>& near = levels_[level + 1];
-        // The nearest faces come first, also in smaller boxes.
-        constexpr std::size_t most_tries = 4;
-        const auto tries = near.begin() + static_cast<std::ptrdiff_t>(std::min(near.size(), most_tries));
-        std::partial_sort(near.begin(), tries, near.end(), [](const Candidate& a, const Candidate& b) {
-            return a.distance != b.distance ? a.distance < b.distance : a.face < b.face;
-        });
-        for (auto candidate = near.begin(); candidate != tries && candidate->distance <= tolerance_; ++candidate) {
-            if (const double farthest = farthest_point(candidate->face); farthest <= tolerance_) {
-                covered_by(candidate->face, farthest);
-                return true;
-            }
-        }
+        std::vector<NearFace>& near = levels_[level + 1];
+        near.clear();
+        for (const NearFace& face : levels_[level])
+            if (face.reach.meets(around_))
+                near.push_back(face);
+        if (is_covered_by_one_of(near))
+            return true;
+        drop_far_faces(near);
         const auto leave = [&] {
             if (!is_part)
                 covering_.uncovered.push_back({lower_ + box.lower, lower_ + box.lower + box.size});
@@ -280,10 +317,12 @@ private:
     glm::dvec3 reach_, lower_{0.0};
     glm::ivec3 first_{0};                                                          ///< of the brick
     std::array<std::vector<NearFace>, std::size_t{brick_size} * brick_size> rows_; ///< near the rows of its cells
-    std::vector<std::uint32_t> recent_; ///< faces that covered boxes lately, the last one at the end
-    const HalfSpace* cut_ = nullptr;    ///< of the cap that is examined, or null for the surface
-    std::vector<std::vector<Candidate>> levels_;
-    std::vector<glm::dvec3> points_;
+    std::vector<NearFace> recent_;   ///< faces that covered boxes lately, the last one at the end
+    const HalfSpace* cut_ = nullptr; ///< of the cap that is examined, or null for the surface
+    std::vector<std::vector<NearFace>> levels_;
+    std::vector<Candidate> candidates_;
+    std::vector<glm::dvec3> points_; ///< in world space
+    Box around_;                     ///< the box around them in lattice space
     Covering covering_;
 };
 

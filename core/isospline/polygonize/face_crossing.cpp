@@ -126,7 +126,9 @@ bool faces_cross(const std::vector<glm::dvec3>& vertices, const glm::uvec3& firs
 }
 
 std::vector<std::array<std::uint32_t, 2>> find_crossings(const std::vector<glm::dvec3>& vertices,
-                                                         const std::vector<glm::uvec3>& faces, const Progress& progress)
+                                                         const std::vector<glm::uvec3>& faces,
+                                                         const std::vector<std::uint8_t>& is_examined,
+                                                         const Progress& progress)
 {
     Box bounds;
     for (const glm::dvec3& vertex : vertices)
@@ -143,10 +145,14 @@ std::vector<std::array<std::uint32_t, 2>> find_crossings(const std::vector<glm::
         octree.insert(static_cast<std::uint32_t>(i), box_of(corners_of(vertices, faces[i])));
     constexpr std::size_t chunk_size = 4096;
     std::vector<std::vector<std::array<std::uint32_t, 2>>> found((faces.size() + chunk_size - 1) / chunk_size);
+    const auto is_chosen = [&](std::uint32_t face) { return is_examined.empty() || is_examined[face] != 0; };
     const auto examine = [&](std::uint32_t face, std::vector<std::array<std::uint32_t, 2>>& pairs) {
+        if (!is_chosen(face))
+            return;
         octree.visit(box_of(corners_of(vertices, faces[face])), [&](std::uint32_t other) {
-            if (other > face && faces_cross(vertices, faces[face], faces[other]))
-                pairs.push_back({face, other});
+            if ((other > face || (other < face && !is_chosen(other))) &&
+                faces_cross(vertices, faces[face], faces[other]))
+                pairs.push_back({std::min(face, other), std::max(face, other)});
             return true;
         });
     };

@@ -21,6 +21,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double margin = 4.0 * plane_margin;
 /// The largest extent of a piece for a proof by signs, in cells.
 constexpr double largest_piece = 4.0;
+/// How often a part of a cell is halved in a proof by signs. Halving the piece is the alternative, and costs more.
+constexpr int most_halvings = 3;
 
 Box box_of(const Corners& corners)
 {
@@ -39,6 +41,58 @@ glm::dvec3 center_of(const Corners& corners)
 {
     return (corners[0] + corners[1] + corners[2]) / 3.0;
 }
+
+/// A triangle on which sign * (f - level) may be positive, and the function's tangent plane at its center.
+template <int Degree>
+struct SignProof {
+    const Corners& triangle;
+    double sign;
+    glm::dvec3 center, gradient; ///< of f at the center
+    double value;                ///< of f - level there
+    glm::dvec3 normal;           ///< of the triangle
+    double allowed;              ///< the least value of sign * tangent on the triangle
+
+    double tangent(const glm::dvec3& x) const { return value + glm::dot(gradient, x - center); }
+
+    /// Whether a box is beside the triangle's plane.
+    bool is_beside(const Box& box) const
+    {
+        const double height = glm::dot(normal, box.center() - triangle[0]);
+        return std::abs(height) > 0.5 * glm::dot(glm::abs(normal), box.size()) + margin * glm::length(normal);
+    }
+
+    /// Whether it is positive on what a part of a cell at `cell` has of the triangle.
+    bool holds(const SurfaceBox<Degree>& part, const glm::dvec3& cell, int halvings) const
+    {
+        const Box box{cell + part.lower, cell + part.lower + part.size};
+        if (is_beside(box))
+            return true;
+        // sign * (f - level) is at least its least coefficient, and at least the tangent plus the least difference.
+        const double base = tangent(box.lower);
+        const glm::dvec3 slope = gradient * part.size / static_cast<double>(Degree);
+        double least = infinity, least_difference = infinity, largest = 0.0;
+        for (int k = 0; k <= Degree; ++k)
+            for (int j = 0; j <= Degree; ++j)
+                for (int i = 0; i <= Degree; ++i) {
+                    const double b = part.b[bernstein_item<Degree>(i, j, k)];
+                    least = std::min(least, sign * b);
+                    least_difference =
+                        std::min(least_difference, sign * (b - base - glm::dot(slope, glm::dvec3(i, j, k))));
+                    largest = std::max(largest, std::abs(b));
+                }
+        const double rounding = 0x1p-44 * (largest + std::abs(base));
+        if (least > rounding || allowed + least_difference > rounding)
+            return true;
+        if (halvings == 0)
+            return false;
+        int longest = 0;
+        for (int axis = 1; axis < 3; ++axis)
+            if (part.size[axis] > part.size[longest])
+                longest = axis;
+        return holds(half_of<Degree>(part, longest, false), cell, halvings - 1) &&
+               holds(half_of<Degree>(part, longest, true), cell, halvings - 1);
+    }
+};
 
 } // namespace
 
@@ -78,29 +132,29 @@ std::optional<std::array<glm::ivec3, 2>> FaceDistance<Degree>::cells_of(const Bo
     return std::array{first, last};
 }
 
+/// A few values rule out most triangles that have the other sign.
 template <int Degree>
-bool FaceDistance<Degree>::has_sign(const Corners& triangle, double sign, const HalfSpace* plane)
+bool FaceDistance<Degree>::corners_have_sign(const Corners& triangle, double sign) const
 {
-    // A few values rule out most triangles that have the other sign.
-    const glm::dvec3 center = center_of(triangle);
-    for (const glm::dvec3& corner : triangle)
-        if (!(sign * field_.value(corner) > 0.0))
-            return false;
+    return std::all_of(triangle.begin(), triangle.end(),
+                       [&](const glm::dvec3& corner) { return sign * field_.value(corner) > 0.0; });
+}
+
+template <int Degree>
+bool FaceDistance<Degree>::has_sign(const Corners& triangle, double sign, const HalfSpace* plane, int halvings)
+{
     const Box box = box_of(triangle);
     const auto cells = cells_of(box, plane);
     if (!cells)
         return false;
-
-    // sign * (f - level) is at least a linear function plus the smallest difference of coefficients.
+    const glm::dvec3 center = center_of(triangle);
     const PointInCell point(field_.surface(), center);
     const auto [value, slopes] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
-    const glm::dvec3 gradient(slopes[0], slopes[1], slopes[2]);
-    const auto linear = [&, value = value](const glm::dvec3& x) { return value + glm::dot(gradient, x - center); };
-    double allowed = infinity;
+    SignProof<Degree> proof{triangle,        sign,    center, {slopes[0], slopes[1], slopes[2]}, value,
+                            glm::dvec3(0.0), infinity};
+    proof.normal = glm::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
     for (const glm::dvec3& corner : triangle)
-        allowed = std::min(allowed, sign * linear(corner));
-    const glm::dvec3 normal = glm::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-    const double rounding = margin * glm::length(normal);
+        proof.allowed = std::min(proof.allowed, sign * proof.tangent(corner));
     glm::ivec3 cell;
     for (cell.z = (*cells)[0].z; cell.z <= (*cells)[1].z; ++cell.z)
         for (cell.y = (*cells)[0].y; cell.y <= (*cells)[1].y; ++cell.y)
@@ -108,22 +162,11 @@ bool FaceDistance<Degree>::has_sign(const Corners& triangle, double sign, const 
                 const glm::dvec3 at(cell);
                 const glm::dvec3 from = glm::clamp(box.lower - at, glm::dvec3(0.0), glm::dvec3(1.0 - 0x1p-40));
                 const glm::dvec3 to = glm::clamp(box.upper - at, from + 0x1p-40, glm::dvec3(1.0));
-                const double height = glm::dot(normal, at + 0.5 * (from + to) - triangle[0]);
-                if (std::abs(height) > 0.5 * glm::dot(glm::abs(normal), to - from) + rounding)
-                    continue; // beside the triangle's plane
-                if (!field_.surface().kept_cells().contains(cell))
+                if (proof.is_beside({at + from, at + to}))
+                    continue;
+                if (!field_.surface().kept_cells().contains(cell) ||
+                    !proof.holds(part_of_cell(cell_box(cell), from, to), at, halvings))
                     return false;
-                const SurfaceBox<Degree> part = part_of_cell(cell_box(cell), from, to);
-                const double base = linear(at + from);
-                const glm::dvec3 slope = gradient * (to - from) / static_cast<double>(Degree);
-                for (int k = 0; k <= Degree; ++k)
-                    for (int j = 0; j <= Degree; ++j)
-                        for (int i = 0; i <= Degree; ++i) {
-                            const double b = part.b[bernstein_item<Degree>(i, j, k)];
-                            const double difference = b - base - glm::dot(slope, glm::dvec3(i, j, k));
-                            if (!(allowed + sign * difference > 0x1p-44 * (std::abs(b) + std::abs(base))))
-                                return false;
-                        }
             }
     return true;
 }
@@ -161,10 +204,12 @@ double FaceDistance<Degree>::bound_by_signs(const Corners& piece, double reach)
     for (const double distance : {first, reach}) {
         if (distance > reach)
             continue;
+        const int halvings = distance == reach ? most_halvings : 0;
         const glm::dvec3 step = metric_.to_lattice * ((distance / slope) * gradient);
         const Corners above = moved(piece, step), below = moved(piece, -step);
-        if (is_in_planes(above, 0) && is_in_planes(below, 0) && is_kept_between(above, below) &&
-            has_sign(above, 1.0, nullptr) && has_sign(below, -1.0, nullptr))
+        if (corners_have_sign(above, 1.0) && corners_have_sign(below, -1.0) && is_in_planes(above, 0) &&
+            is_in_planes(below, 0) && is_kept_between(above, below) && has_sign(above, 1.0, nullptr, halvings) &&
+            has_sign(below, -1.0, nullptr, halvings))
             return distance;
     }
     return infinity;
@@ -175,7 +220,7 @@ double FaceDistance<Degree>::bound_by_solid(const Corners& piece, FaceLabel labe
 {
     const double sign = field_.surface().inward_sign();
     const HalfSpace* const plane = plane_of(label);
-    if (is_in_planes(piece, label) && has_sign(piece, sign, plane))
+    if (corners_have_sign(piece, sign) && is_in_planes(piece, label) && has_sign(piece, sign, plane, 0))
         return 0.0;
     const glm::dvec3 center = center_of(piece);
     const glm::dvec3 normal = glm::normalize(plane->normal * metric_.to_lattice);
@@ -192,7 +237,8 @@ double FaceDistance<Degree>::bound_by_solid(const Corners& piece, FaceLabel labe
         if (distance > reach)
             continue;
         const Corners inner = moved(piece, metric_.to_lattice * ((sign * distance / slope) * along));
-        if (is_in_planes(inner, label) && has_sign(inner, sign, plane))
+        if (corners_have_sign(inner, sign) && is_in_planes(inner, label) &&
+            has_sign(inner, sign, plane, distance == reach ? most_halvings : 0))
             return distance;
     }
     return infinity;

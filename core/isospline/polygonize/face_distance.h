@@ -51,8 +51,10 @@ private:
     /// The cells that a box meets, those on the inner side of a plane if one is given: the first and the last. Nothing
     /// if the box reaches out of the domain.
     std::optional<std::array<glm::ivec3, 2>> cells_of(const Box& box, const HalfSpace* plane) const;
-    /// Whether sign * (f - level) is proven to be positive on all of a triangle, which is in kept cells.
-    bool has_sign(const Corners& triangle, double sign, const HalfSpace* plane);
+    bool corners_have_sign(const Corners& triangle, double sign) const;
+    /// Whether sign * (f - level) is proven to be positive on all of a triangle, which is in kept cells. Parts of cells
+    /// for which the proof fails are halved up to `halvings` times.
+    bool has_sign(const Corners& triangle, double sign, const HalfSpace* plane, int halvings);
     /// Whether all cells between two copies of a triangle are kept.
     bool is_kept_between(const Corners& first, const Corners& second) const;
     double bound_by_signs(const Corners& piece, double reach);

@@ -39,11 +39,18 @@ Box box_around(const LabeledMesh& mesh, std::uint32_t face)
     return {box.lower - margin, box.upper + margin};
 }
 
-/// Every fourth group of cells shows whether a lattice is fine enough.
-constexpr std::size_t sample_groups = 4;
-bool is_in_sample(const glm::ivec3& cell)
+/// A part of the groups of cells shows whether a lattice is fine enough: every fourth group in small meshes, fewer in
+/// larger ones.
+std::size_t sample_groups_of(const LabeledMesh& mesh)
 {
-    return static_cast<std::size_t>(cell.x / 4 + cell.y / 4 + cell.z / 4) % sample_groups == 0;
+    constexpr std::size_t least = 4, most = 64, faces_per_group = 32768;
+    return std::clamp(mesh.faces.size() / faces_per_group, least, most);
+}
+CellFilter every_group(std::size_t count)
+{
+    return [count](const glm::ivec3& cell) {
+        return static_cast<std::size_t>(cell.x / 4 + 3 * (cell.y / 4) + 9 * (cell.z / 4)) % count == 0;
+    };
 }
 
 /// Selects cells by cubes of them, with this edge, that are within a margin of boxes.
@@ -130,6 +137,8 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
         mesh = lattice.mesh({}, part_of(of_lattice, 0.1, 0.4));
         if (!tolerance)
             break;
+        const std::size_t sample_groups = sample_groups_of(mesh);
+        const CellFilter is_in_sample = every_group(sample_groups);
         std::vector<Box> boxes = lattice.far_boxes(mesh, *tolerance, is_in_sample, part_of(of_lattice, 0.4, 0.5));
         if (subdivision < finest_lattice &&
             sample_groups * most_coarse * cubes_of(boxes, subdivision, 0.0).size() > mesh.faces.size() / 2)

@@ -47,8 +47,9 @@ public:
     MeshProof(const LatticeField<Degree>& field, double tolerance) : field_(field), tolerance_(tolerance) {}
 
     /// Examines a mesh with the same vertices as the mesh before. Crossings of two faces that have not changed do not
-    /// count.
-    void examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, const Progress& progress);
+    /// count. Boxes of what is not covered are as small as possible in the last examination only.
+    void examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
+                 const Progress& progress);
 
     /// A bound for the distance of all points of the mesh from the surface or a cap, and of all points of these that
     /// are not in `uncovered` from the mesh.
@@ -62,10 +63,11 @@ private:
     struct ProvenFace {
         glm::uvec3 face;
         double distance;
+        bool crosses_other;
     };
 
     static bool is_before(const ProvenFace& a, const ProvenFace& b);
-    const ProvenFace* find(const std::vector<ProvenFace>& faces, const glm::uvec3& face) const;
+    static ProvenFace* find(std::vector<ProvenFace>& faces, const glm::uvec3& face);
 
     const LatticeField<Degree>& field_;
     double tolerance_;
@@ -81,23 +83,27 @@ bool MeshProof<Degree>::is_before(const ProvenFace& a, const ProvenFace& b)
 }
 
 template <int Degree>
-const typename MeshProof<Degree>::ProvenFace* MeshProof<Degree>::find(const std::vector<ProvenFace>& faces,
-                                                                      const glm::uvec3& face) const
+typename MeshProof<Degree>::ProvenFace* MeshProof<Degree>::find(std::vector<ProvenFace>& faces, const glm::uvec3& face)
 {
-    const auto found = std::lower_bound(faces.begin(), faces.end(), ProvenFace{face, 0.0}, is_before);
+    const auto found = std::lower_bound(faces.begin(), faces.end(), ProvenFace{face, 0.0, false}, is_before);
     return found != faces.end() && found->face == face ? &*found : nullptr;
 }
 
 template <int Degree>
-void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed,
+void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
                                 const Progress& progress)
 {
+    // Faces cross others as before if neither is new.
+    std::vector<std::uint8_t> may_cross = has_changed;
     // From the mesh to the surface: the faces that are new.
     std::vector<ProvenFace> faces;
     LabeledMesh added{mesh.vertices, {}, {}};
     for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
-        if (const ProvenFace* const known = find(faces_, mesh.faces[i])) {
-            faces.push_back(*known);
+        const ProvenFace* const known = find(faces_, mesh.faces[i]);
+        if (!faces_.empty())
+            may_cross[i] = known == nullptr || known->crosses_other ? 1 : 0;
+        if (known != nullptr) {
+            faces.push_back({known->face, known->distance, false});
         } else {
             added.faces.push_back(mesh.faces[i]);
             added.labels.push_back(mesh.labels[i]);
@@ -106,7 +112,7 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
     const std::vector<double> distances =
         distances_from_surface(field_, added, tolerance_, part_of(progress, 0.0, 0.6));
     for (std::size_t i = 0; i < distances.size(); ++i)
-        faces.push_back({added.faces[i], distances[i]});
+        faces.push_back({added.faces[i], distances[i], false});
     std::sort(faces.begin(), faces.end(), is_before);
 
     // From the surface to the mesh: the cells around faces that are gone.
@@ -124,13 +130,17 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
         changed = cubes_of(boxes, 1.0, 0.0);
         filter = [&changed](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; };
     }
-    Covering covering = cover_surface(field_, mesh, tolerance_, {least_edge_of(metric, tolerance_), 0.0}, filter,
-                                      part_of(progress, 0.6, 0.95));
+    const double least_edge = least_edge_of(metric, tolerance_), reported = is_last ? 0.0 : 2.0 * least_edge;
+    Covering covering =
+        cover_surface(field_, mesh, tolerance_, {least_edge, reported}, filter, part_of(progress, 0.6, 0.95));
     covering.distance = std::max(covering.distance, covering_.distance);
-    crossings_ = find_crossings(mesh.vertices, mesh.faces, part_of(progress, 0.95, 1.0));
+    crossings_ = find_crossings(mesh.vertices, mesh.faces, may_cross, part_of(progress, 0.95, 1.0));
     std::erase_if(crossings_, [&](const std::array<std::uint32_t, 2>& pair) {
         return has_changed[pair[0]] == 0 && has_changed[pair[1]] == 0;
     });
+    for (const auto& pair : crossings_)
+        for (const std::uint32_t face : pair)
+            find(faces, mesh.faces[face])->crosses_other = true;
     covering_ = std::move(covering);
     faces_ = std::move(faces);
 }
@@ -190,7 +200,7 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
     for (int attempt = 1;; ++attempt) {
         const double left = std::pow(0.5, attempt); // most of the work is in the first attempt
         auto [mesh, has_changed] = simplification.mesh();
-        proof.examine(mesh, has_changed, part_of(progress, 1.0 - left, 1.0 - 0.75 * left));
+        proof.examine(mesh, has_changed, attempt == attempts, part_of(progress, 1.0 - left, 1.0 - 0.75 * left));
         std::vector<Box> failed = proof.failed(mesh);
         const std::vector<Box>& uncovered = proof.uncovered();
         failed.insert(failed.end(), uncovered.begin(), uncovered.end());
@@ -306,7 +316,7 @@ SurfaceMesh with_proof(const IsosurfaceSnapshot& surface, SimplifiedMesh simplif
     SurfaceMesh result = to_world<Degree>(surface, std::move(simplified.mesh), part_of(progress, 0.0, 0.5));
     result.distance = simplified.distance;
     result.left_out = std::move(left_out);
-    result.crossings = find_crossings(result.vertices, result.faces, part_of(progress, 0.5, 1.0)).size();
+    result.crossings = find_crossings(result.vertices, result.faces, {}, part_of(progress, 0.5, 1.0)).size();
     return result;
 }
 
