@@ -152,34 +152,51 @@ void Simplification<Degree>::assign_samples(const Progress& progress)
     for (std::uint32_t face = 0; face < faces.size(); ++face)
         if (state_->editable.is_alive(face))
             octree.insert(face, box_of(fine_.vertices, faces[face]));
-    const glm::dvec3 reach = box_of_ball(metric_, simplicity_.of_vertices);
-    const auto assign = [&](std::uint32_t sample) {
+    const auto nearest_face = [&](std::uint32_t sample) {
         const glm::dvec3 &world = world_[sample], lattice = metric_.to_lattice * world;
-        double least = std::numeric_limits<double>::infinity();
         std::uint32_t nearest = CollapsingMesh::none;
-        octree.visit({lattice - reach, lattice + reach}, [&](std::uint32_t face) {
-            const auto [a, b, c] = CollapsingMesh::corners(world_, faces[face]);
-            const glm::dvec3 difference = world - closest_point_of_triangle(world, a, b, c);
-            if (const double square = glm::dot(difference, difference); square < least) {
-                least = square;
-                nearest = face;
-            }
-            return true;
-        });
-        if (nearest != CollapsingMesh::none)
-            state_->add_sample(sample, nearest);
+        // Most faces are much nearer than they have to be.
+        for (const double distance : {0.25 * simplicity_.of_vertices, simplicity_.of_vertices}) {
+            const glm::dvec3 reach = box_of_ball(metric_, distance);
+            double least = std::numeric_limits<double>::infinity();
+            const Box around{lattice - reach, lattice + reach};
+            octree.visit(around, [&](std::uint32_t face) {
+                if (!box_of(fine_.vertices, faces[face]).meets(around))
+                    return true;
+                const auto [a, b, c] = CollapsingMesh::corners(world_, faces[face]);
+                const glm::dvec3 difference = world - closest_point_of_triangle(world, a, b, c);
+                if (const double square = glm::dot(difference, difference); square < least) {
+                    least = square;
+                    nearest = face;
+                }
+                return true;
+            });
+            if (least <= distance * distance)
+                break;
+        }
+        return nearest;
     };
     // The vertex onto which each removed one was moved at last.
+    std::vector<std::uint32_t> samples;
     for (std::size_t left = history_.size(); left-- > 0;) {
-        if (left % report_interval == 0)
-            report(progress, 1.0 - static_cast<double>(left) / static_cast<double>(history_.size()));
         const auto [from, to] = history_[left];
         is_near_queued[from] = is_near_queued[to];
         if (is_near_queued[from] != 0)
-            assign(from);
+            samples.push_back(from);
     }
     for (std::uint32_t sample = vertex_count; sample < world_.size(); ++sample)
-        assign(sample);
+        samples.push_back(sample);
+    std::vector<std::uint32_t> nearest(samples.size());
+    parallel_for(
+        samples.size(), report_interval,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                nearest[i] = nearest_face(samples[i]);
+        },
+        progress);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        if (nearest[i] != CollapsingMesh::none)
+            state_->add_sample(samples[i], nearest[i]);
 }
 
 /// Runs in blocks, in blocks that are moved by half of their edge, and in the whole mesh.

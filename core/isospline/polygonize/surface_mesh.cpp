@@ -119,9 +119,9 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
     CellFilter filter;
     std::unordered_set<CrossingKey> changed;
     const LatticeMetric metric(field_.surface().volume().lattice_to_world());
+    const glm::dvec3 reach = box_of_ball(metric, tolerance_);
     if (!faces_.empty()) {
         std::vector<Box> boxes = covering_.uncovered;
-        const glm::dvec3 reach = box_of_ball(metric, tolerance_);
         for (const ProvenFace& proven : faces_)
             if (find(faces, proven.face) == nullptr) {
                 const Box box = box_of(mesh.vertices, proven.face);
@@ -130,7 +130,8 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
         changed = cubes_of(boxes, 1.0, 0.0);
         filter = [&changed](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; };
     }
-    const double least_edge = least_edge_of(metric, tolerance_), reported = is_last ? 0.0 : 2.0 * least_edge;
+    const double least_edge = least_edge_of(metric, tolerance_);
+    const double reported = is_last ? 0.0 : std::max(2.0 * least_edge, 0.125 * std::min({reach.x, reach.y, reach.z}));
     Covering covering =
         cover_surface(field_, mesh, tolerance_, {least_edge, reported}, filter, part_of(progress, 0.6, 0.95));
     covering.distance = std::max(covering.distance, covering_.distance);

@@ -68,17 +68,23 @@ inline SurfaceBox<Degree> half_of(const SurfaceBox<Degree>& box, int axis, bool 
 template <int Degree>
 inline SurfaceBox<Degree> part_of_cell(SurfaceBox<Degree> box, const glm::dvec3& lower, const glm::dvec3& upper)
 {
-    for (int axis = 0; axis < 3; ++axis) {
+    constexpr std::size_t count = Degree + 1, total = count * count * count;
+    std::size_t stride = 1; // from one coefficient along the axis to the next
+    for (int axis = 0; axis < 3; ++axis, stride *= count) {
         // De Casteljau's algorithm: the part below the upper end, and of that, the part above the lower end.
         const double until = upper[axis], from = lower[axis] / upper[axis];
-        map_rows<Degree>(box.b, axis, [until, from](Bernstein<Degree>& b) {
-            for (std::size_t round = 1; round <= Degree; ++round)
-                for (std::size_t i = Degree; i >= round; --i)
-                    b[i] = (1.0 - until) * b[i - 1] + until * b[i];
-            for (std::size_t round = 1; round <= Degree; ++round)
-                for (std::size_t i = 0; i + round <= Degree; ++i)
-                    b[i] = (1.0 - from) * b[i] + from * b[i + 1];
-        });
+        for (double* row = box.b.data(); row != box.b.data() + total; row += stride * count) {
+            if (until != 1.0)
+                for (std::size_t round = 1; round <= Degree; ++round)
+                    for (std::size_t i = Degree; i >= round; --i)
+                        for (double* b = row + i * stride; b != row + (i + 1) * stride; ++b)
+                            *b = (1.0 - until) * *(b - stride) + until * *b;
+            if (from != 0.0)
+                for (std::size_t round = 1; round <= Degree; ++round)
+                    for (std::size_t i = 0; i + round <= Degree; ++i)
+                        for (double* b = row + i * stride; b != row + (i + 1) * stride; ++b)
+                            *b = (1.0 - from) * *b + from * *(b + stride);
+        }
     }
     box.lower = lower;
     box.size = upper - lower;
