@@ -10,6 +10,9 @@ struct Parameter {
     Member Struct::*member;
 };
 
+template <typename Struct, typename Member>
+Parameter(const char*, Member Struct::*) -> Parameter<Struct, Member>;
+
 /// The class of values that a struct is in other languages. Its specializations stand beside the structs. They have the
 /// `name` of the class and `parameters`, a tuple.
 template <typename Struct>

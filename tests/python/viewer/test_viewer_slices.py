@@ -185,6 +185,45 @@ def test_slices_zoom_at_the_pointer_and_get_finer_values(shown):
     page.settle()
 
 
+def test_two_fingers_zoom_and_move_the_slices(shown):
+    page, viewer = shown
+    index = viewer.state.slices.index
+    view = "isospline.slices.views[2]"
+    touch = page.page.context.new_cdp_session(page.page)
+    touch.send("Emulation.setTouchEmulationEnabled", {"enabled": True, "maxTouchPoints": 2})
+    page.settle()
+    box = page.page.locator("#slices canvas >> nth=2").bounding_box()  # without scroll bars
+
+    def at(*places):
+        return [
+            {"x": box["x"] + x * box["width"], "y": box["y"] + y * box["height"], "id": id}
+            for id, (x, y) in enumerate(places)
+        ]
+
+    def under(x, y):
+        (point,) = at((x, y))
+        return page.evaluate(f"isospline.slices.pointAt({view}, [{point['x']}, {point['y']}]).index")
+
+    before = under(0.5, 0.5)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": at((0.4, 0.5))})
+    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": at((0.4, 0.5), (0.6, 0.5))})
+    touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": at((0.3, 0.5), (0.6, 0.5))})
+    touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": at((0.3, 0.5), (0.7, 0.5))})
+    page.wait("Math.abs(isospline.slices.zoom - 2) < 0.05")
+    np.testing.assert_allclose(under(0.5, 0.5), before, atol=0.05)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": at((0.4, 0.5), (0.8, 0.5))})
+    (point,) = at((0.6, 0.5))
+    where = f"isospline.slices.pointAt({view}, [{point['x']}, {point['y']}]).index[0]"
+    page.wait(f"Math.abs({where} - {before[0]}) < 0.05 && Math.abs(isospline.slices.zoom - 2) < 0.05")
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    page.wait(f"{view}.fingers.size === 0")
+    page.settle()
+    assert viewer.state.slices.index == index  # the first finger alone would have moved the point
+    page.page.locator("#slices canvas >> nth=2").focus()
+    page.page.keyboard.press("0")
+    touch.send("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
 def test_a_slice_is_maximised(shown):
     page, viewer = shown
     size = page.page.locator("#picture").bounding_box()

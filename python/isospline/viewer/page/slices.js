@@ -18,7 +18,7 @@ export class Slices {
         "aria-label": `Slice across ${"xyz"[axis]}: arrow keys move the point, Page Up and Page Down the slice`});
       const caption = make("figcaption"), name = `slice across ${"xyz"[axis]}`;
       const button = (title, text, act) => make("button", {title, "aria-label": `${title}: ${name}`, onclick: act}, text);
-      const view = {axis, canvas, caption, plane: [0, 1, 2].filter(each => each !== axis)};
+      const view = {axis, canvas, caption, plane: [0, 1, 2].filter(each => each !== axis), fingers: new Map()};
       view.figure = make("figure", {}, canvas, caption, make("div", {class: "tools", role: "toolbar", "aria-label": `Tools of the ${name}`},
         button("Zoom out (-)", "−", () => this.zoomBy(1 / 1.5)), button("Zoom in (+)", "+", () => this.zoomBy(1.5)),
         button("Maximise (m)", "⤢", () => this.maximise(view))));
@@ -317,9 +317,20 @@ export class Slices {
   }
 
   // The left button moves the point, the middle one or Ctrl the slices. The right button, or Shift, changes the window:
-  // sideways its width, up and down its level.
+  // sideways its width, up and down its level. Two fingers zoom and move the slices.
   drag(event, view) {
-    view.canvas.setPointerCapture(event.pointerId);
+    const {canvas, fingers} = view;
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    canvas.onpointerup = canvas.onpointercancel = ended => {
+      fingers.delete(ended.pointerId);
+      canvas.onpointermove = null;
+    };
+    if (fingers.size > 1) {
+      if (fingers.size === 2) this.moveTo(view.pressed[1]); // the first finger has moved it
+      canvas.onpointermove = fingers.size === 2 ? now => this.pinch(now, view) : null;
+      return;
+    }
     view.pressed = [view.pressed?.[1] ?? this.slices.index, this.slices.index]; // where the point was before the last two
     const windowing = event.button === 2 || event.shiftKey, panning = event.button === 1 || event.ctrlKey;
     if (panning) event.preventDefault();
@@ -338,9 +349,21 @@ export class Slices {
       }
       last = [now.clientX, now.clientY];
     };
-    view.canvas.onpointermove = move;
-    view.canvas.onpointerup = view.canvas.onpointercancel = () => { view.canvas.onpointermove = null; };
+    canvas.onpointermove = move;
     if (!windowing && !panning) move(event);
+  }
+
+  // One of two fingers has moved: what was in their middle is there again, enlarged as their distance is.
+  pinch(event, view) {
+    const before = view.fingers.get(event.pointerId), now = [event.clientX, event.clientY];
+    const [other] = [...view.fingers].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
+    const [from, to] = [before, now].map(place => ({
+      middle: place.map((each, i) => (each + other[i]) / 2), width: Math.max(1, Math.hypot(...place.map((each, i) => each - other[i]))),
+    }));
+    view.fingers.set(event.pointerId, now);
+    this.zoomBy(to.width / from.width, view, from.middle);
+    const [a, b] = [from, to].map(each => this.pointAt(view, each.middle).index);
+    if (this.centre) this.zoomTo(this.zoom, this.centre.map((each, i) => each + a[i] - b[i]));
   }
 }
 
