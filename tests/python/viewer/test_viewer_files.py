@@ -204,6 +204,10 @@ def test_pictures_are_saved_at_any_size_and_without_background(shown):
     assert picture.size == (300, 200) and np.asarray(picture.convert("RGBA"))[..., 3].min() == 255
     _, content = page.download("[data-save=python]")
     assert b"size=(300, 200)" in content
+    page.page.get_by_role("button", name="Size of the picture").click()
+    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["320", "300"]
+    _, content = page.download("[data-save=python]")
+    assert b"size=(320, 300)" in content
     page.evaluate("isospline.send({type: 'save', what: 'png', options: {width: 16384, height: 16384}})")
     text = "size: expected at most 67108864 pixels, got 16384 x 16384"
     page.wait(f"document.getElementById('messages').textContent.includes('{text}')")

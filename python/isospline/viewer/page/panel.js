@@ -237,9 +237,13 @@ export class Panel {
     const sides = Object.fromEntries(["Width", "Height"].map(name => [name.toLowerCase(), this.number(name, 1, value => {
       options[name.toLowerCase()] = value;
     }, {step: 1, least: 1, most: 16384, whole: true})]));
-    app.on("size", size => { for (const [name, input] of Object.entries(sides)) if (!(name in options)) input.show(size[name]); });
+    let size = {};
+    const show = () => { for (const [name, input] of Object.entries(sides)) if (!(name in options)) input.show(size[name]); };
+    app.on("size", now => { size = now; show(); });
+    const forget = () => { for (const name of Object.keys(sides)) delete options[name]; show(); };
     byId("saving").append(
-      field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height)),
+      field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height,
+        make("button", {class: "bare", title: "Size of the picture", "aria-label": "Size of the picture", onclick: forget}, "↺"))),
       make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; })),
       make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
         make("button", {"data-save": what, onclick: () => app.send({type: "save", what: /** @type {any} */ (what), options})}, name))));
