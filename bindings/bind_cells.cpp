@@ -2,11 +2,13 @@
 #include "bind.h"
 
 #include "arrays.h"
+#include "long_call.h"
 #include "points.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/spline/coefficient_weights.h"
 #include "isospline/spline/volume.h"
+#include "isospline/util/parallel.h"
 
 #include <glm/common.hpp>
 #include <glm/ext/vector_int3_sized.hpp>
@@ -18,6 +20,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -71,32 +74,45 @@ py::array_t<std::uint64_t> primitive_id(const Volume& volume, const py::object& 
     return result;
 }
 
-py::tuple coefficient_weights(const Volume& volume, const py::object& points)
+py::tuple coefficient_weights(const Volume& volume, const py::object& points, const py::object& progress)
 {
     const RowArray positions(points, "points", 3);
-    check_points(positions);
     constexpr double farthest = 1e9; // cells are numbered by int
     const std::size_t count = coefficient_count(volume);
     const auto columns = static_cast<py::ssize_t>(count);
     auto indices = new_array<std::int64_t>(positions.leading_shape(), {columns});
     auto weights = new_array<double>(positions.leading_shape(), {columns});
     auto gradients = new_array<double>(positions.leading_shape(), {columns, 3});
-    std::vector<CoefficientWeight> found(count);
-    for (std::size_t i = 0, next = 0; i < positions.count(); ++i) {
-        const glm::dvec3 index = transform_point(volume.world_to_index(), positions.vector(i));
-        if (!(std::max({std::abs(index.x), std::abs(index.y), std::abs(index.z)}) < farthest))
-            throw_invalid("points", "points within 1e9 voxels of the volume",
-                          to_text(positions.vector(i)) + " in point " + std::to_string(i));
+    std::int64_t* const to_index = indices.mutable_data();
+    double *const to_weight = weights.mutable_data(), *const to_gradient = gradients.mutable_data();
+    const auto set_weights = [&](std::size_t row, std::span<CoefficientWeight> found) {
+        const glm::dvec3 index = transform_point(volume.world_to_index(), positions.vector(row));
         set_coefficient_weights(volume, glm::ivec3(glm::floor(index + volume.lattice_shift())), index,
                                 volume.world_to_index(), found);
-        for (const CoefficientWeight& of : found) {
-            indices.mutable_data()[next] = of.place;
-            weights.mutable_data()[next] = of.weight;
-            for (int axis = 0; axis < 3; ++axis)
-                gradients.mutable_data()[3 * next + static_cast<std::size_t>(axis)] = of.gradient[axis];
-            ++next;
+        for (std::size_t i = 0, next = row * count; i < count; ++i, ++next) {
+            to_index[next] = found[i].place;
+            to_weight[next] = found[i].weight;
+            std::copy_n(&found[i].gradient[0], 3, to_gradient + 3 * next);
         }
-    }
+    };
+    long_call("to find the weights of " + std::to_string(positions.count()) + " points", progress,
+              [&](const Progress& report) {
+                  check_points(positions);
+                  for (std::size_t row = 0; row < positions.count(); ++row) {
+                      const glm::dvec3 index = transform_point(volume.world_to_index(), positions.vector(row));
+                      if (!(std::max({std::abs(index.x), std::abs(index.y), std::abs(index.z)}) < farthest))
+                          throw_invalid("points", "points within 1e9 voxels of the volume",
+                                        to_text(positions.vector(row)) + " in point " + std::to_string(row));
+                  }
+                  parallel_for(
+                      positions.count(), 256,
+                      [&](std::size_t begin, std::size_t end) {
+                          std::vector<CoefficientWeight> found(count);
+                          for (std::size_t row = begin; row < end; ++row)
+                              set_weights(row, found);
+                      },
+                      report);
+              });
     return py::make_tuple(indices, weights, gradients);
 }
 

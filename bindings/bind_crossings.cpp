@@ -28,14 +28,14 @@ struct CrossingChunk {
 };
 
 /// The chunks of all rays, in the order of `given`.
-std::vector<CrossingChunk> crossings_of(Scene& scene, GivenRays& given)
+std::vector<CrossingChunk> crossings_of(Scene& scene, GivenRays& given, const py::object& progress)
 {
     std::vector<CrossingChunk> chunks((given.count() + ray_chunk_size - 1) / ray_chunk_size);
-    long_call("to list the crossings of " + std::to_string(given.count()) + " rays", py::none(),
-              [&](const Progress& progress) {
-                  const auto snapshot = scene.snapshot(progress);
-                  const auto kind = given.arrange(*snapshot, &SeenBy::camera, std::nullopt, progress);
-                  given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+    long_call("to list the crossings of " + std::to_string(given.count()) + " rays", progress,
+              [&](const Progress& report) {
+                  const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.05));
+                  const auto kind = given.arrange(*snapshot, &SeenBy::camera, std::nullopt, part_of(report, 0.05, 0.1));
+                  given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
                       CrossingChunk& chunk = chunks[begin / ray_chunk_size];
                       chunk.counts.resize(end - begin);
                       snapshot->list_intersections(given.chunk(begin, end), chunk.crossings, chunk.counts,
@@ -60,10 +60,10 @@ void for_each_ray(const GivenRays& given, const std::vector<CrossingChunk>& chun
 }
 
 py::object list_intersections(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
-                              double t_far)
+                              double t_far, const py::object& progress)
 {
     GivenRays given(rays, directions, t_near, t_far);
-    const std::vector<CrossingChunk> chunks = crossings_of(scene, given);
+    const std::vector<CrossingChunk> chunks = crossings_of(scene, given, progress);
     auto splits = new_array<std::int64_t>(Shape{static_cast<py::ssize_t>(given.count()) + 1});
     std::int64_t* const to_split = splits.mutable_data();
     to_split[0] = 0;
@@ -111,18 +111,19 @@ py::object list_intersections(Scene& scene, const py::object& rays, const py::ob
 }
 
 py::array count_intersections(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
-                              double t_far, bool certify)
+                              double t_far, bool certify, const py::object& progress)
 {
     GivenRays given(rays, directions, t_near, t_far);
     if (certify)
-        return certified_codes(scene, given, &SeenBy::camera, [](const SceneCertifier& certifier, const Ray& ray) {
-            return certifier.crosses_oddly(ray);
-        });
+        return certified_codes(
+            scene, given, &SeenBy::camera, progress,
+            [](const SceneCertifier& certifier, const Ray& ray) { return certifier.crosses_oddly(ray); });
     auto result = new_array<std::int32_t>(given.rows.leading_shape());
     std::int32_t* const counts = result.mutable_data();
-    for_each_ray(given, crossings_of(scene, given), [&](std::size_t ray, std::span<const Crossing> crossings) {
-        counts[ray] = static_cast<std::int32_t>(crossings.size());
-    });
+    for_each_ray(given, crossings_of(scene, given, progress),
+                 [&](std::size_t ray, std::span<const Crossing> crossings) {
+                     counts[ray] = static_cast<std::int32_t>(crossings.size());
+                 });
     return result;
 }
 

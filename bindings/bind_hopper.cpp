@@ -71,7 +71,7 @@ std::unique_ptr<FollowingHopper> make_hopper(const py::object& given, bool strid
 }
 
 py::object cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far,
-                     const py::object& outputs, const py::object& dtype)
+                     const py::object& outputs, const py::object& dtype, const py::object& progress)
 {
     const GivenRays given(rays, py::none(), t_near, t_far);
     HitArrays arrays(given.rows, outputs, dtype, py::none());
@@ -80,9 +80,9 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
         arrays.make_coefficients(coefficient_count(object));
     HopStatistics statistics;
     std::mutex adding;
-    long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
-        const auto hopper = following.hopper(progress);
-        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+    long_call("to cast " + std::to_string(given.count()) + " rays", progress, [&](const Progress& report) {
+        const auto hopper = following.hopper(part_of(report, 0.0, 0.1));
+        given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
             std::vector<Hit> hits(end - begin);
             HitArrays::LastObject last;
             const HopStatistics of_chunk = hopper->cast_rays(given.chunk(begin, end), hits);

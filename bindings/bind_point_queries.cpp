@@ -32,12 +32,12 @@ namespace isospline {
 namespace {
 
 /// What is proven of the sides of points.
-py::array certified_sides(const Isosurface& surface, const RowArray& rows)
+py::array certified_sides(const Isosurface& surface, const RowArray& rows, const py::object& progress)
 {
     auto result = new_array<std::uint8_t>(rows.leading_shape());
     std::uint8_t* const to = result.mutable_data();
     const RayCertifier certifier(surface.snapshot(), glm::dmat4(1.0));
-    long_call("to certify " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& progress) {
+    long_call("to certify " + std::to_string(rows.count()) + " points", progress, [&](const Progress& report) {
         check_points(rows);
         parallel_for(
             rows.count(), 4096,
@@ -45,20 +45,20 @@ py::array certified_sides(const Isosurface& surface, const RowArray& rows)
                 for (std::size_t row = begin; row < end; ++row)
                     to[row] = code_of(certifier.contains(rows.vector(row)));
             },
-            progress);
+            report);
     });
     return result;
 }
 
-py::array contains_points(const Isosurface& surface, const py::object& points, bool certify)
+py::array contains_points(const Isosurface& surface, const py::object& points, bool certify, const py::object& progress)
 {
     const RowArray rows(points, "points", 3);
     if (certify)
-        return certified_sides(surface, rows);
+        return certified_sides(surface, rows, progress);
     auto result = new_array<bool>(rows.leading_shape());
     bool* const to = result.mutable_data();
     const auto snapshot = surface.snapshot();
-    long_call("to test " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& progress) {
+    long_call("to test " + std::to_string(rows.count()) + " points", progress, [&](const Progress& report) {
         check_points(rows);
         const VisitingOrder order(snapshot->volume(), rows);
         parallel_for(
@@ -67,7 +67,7 @@ py::array contains_points(const Isosurface& surface, const py::object& points, b
                 for (std::size_t time = begin; time < end; ++time)
                     to[order[time]] = contains(*snapshot, rows.vector(order[time]));
             },
-            progress);
+            report);
     });
     return result;
 }
@@ -75,7 +75,7 @@ py::array contains_points(const Isosurface& surface, const py::object& points, b
 /// Calls `visit(row, closest point)` in parallel for all points, without the GIL.
 template <typename Visit>
 void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& points, double max_distance,
-                            const std::optional<double>& tolerance, const Visit& visit)
+                            const std::optional<double>& tolerance, const py::object& progress, const Visit& visit)
 {
     ClosestPointOptions options;
     options.max_distance = max_distance;
@@ -83,26 +83,25 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
         check_positive("tolerance", *tolerance);
         options.tolerance = *tolerance;
     }
-    long_call("to find " + std::to_string(points.count()) + " nearest points", py::none(),
-              [&](const Progress& progress) {
-                  check_points(points);
-                  check_reach(points);
-                  options.progress = progress;
-                  ClosestPointFinder check(surface, options); // checks the options even if there are no points
-                  const VisitingOrder order(surface.volume(), points);
-                  parallel_for(
-                      points.count(), 64,
-                      [&](std::size_t begin, std::size_t end) {
-                          ClosestPointFinder find(surface, options);
-                          for (std::size_t time = begin; time < end; ++time)
-                              visit(order[time], find(points.vector(order[time])));
-                      },
-                      progress);
-              });
+    long_call("to find " + std::to_string(points.count()) + " nearest points", progress, [&](const Progress& report) {
+        check_points(points);
+        check_reach(points);
+        options.progress = report;
+        ClosestPointFinder check(surface, options); // checks the options even if there are no points
+        const VisitingOrder order(surface.volume(), points);
+        parallel_for(
+            points.count(), 64,
+            [&](std::size_t begin, std::size_t end) {
+                ClosestPointFinder find(surface, options);
+                for (std::size_t time = begin; time < end; ++time)
+                    visit(order[time], find(points.vector(order[time])));
+            },
+            report);
+    });
 }
 
 py::object closest_points(const Isosurface& surface, const py::object& points, double max_distance,
-                          const std::optional<double>& tolerance)
+                          const std::optional<double>& tolerance, const py::object& progress)
 {
     const RowArray rows(points, "points", 3);
     const Shape shape = rows.leading_shape();
@@ -113,13 +112,14 @@ py::object closest_points(const Isosurface& surface, const py::object& points, d
                   *const to_distance = distances.mutable_data(), *const to_error = errors.mutable_data();
     std::uint64_t* const to_id = ids.mutable_data();
     const auto snapshot = surface.snapshot();
-    for_each_closest_point(*snapshot, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
-        std::copy_n(&closest.position[0], 3, to_position + 3 * row);
-        std::copy_n(&closest.normal[0], 3, to_normal + 3 * row);
-        to_distance[row] = closest.distance;
-        to_error[row] = closest.error;
-        to_id[row] = closest.primitive_id;
-    });
+    for_each_closest_point(*snapshot, rows, max_distance, tolerance, progress,
+                           [&](std::size_t row, const ClosestPoint& closest) {
+                               std::copy_n(&closest.position[0], 3, to_position + 3 * row);
+                               std::copy_n(&closest.normal[0], 3, to_normal + 3 * row);
+                               to_distance[row] = closest.distance;
+                               to_error[row] = closest.error;
+                               to_id[row] = closest.primitive_id;
+                           });
     py::dict result;
     result["points"] = positions;
     result["distances"] = distances;
@@ -130,7 +130,7 @@ py::object closest_points(const Isosurface& surface, const py::object& points, d
 }
 
 py::array_t<double> signed_distance(const Isosurface& surface, const py::object& points, double max_distance,
-                                    const std::optional<double>& tolerance)
+                                    const std::optional<double>& tolerance, const py::object& progress)
 {
     const RowArray rows(points, "points", 3);
     auto result = new_array<double>(rows.leading_shape());
@@ -139,10 +139,11 @@ py::array_t<double> signed_distance(const Isosurface& surface, const py::object&
     const double aim =
         tolerance.value_or(1e-6 * LatticeMetric(surface.volume().lattice_to_world()).shortest_edge) * (1.0 + 1e-6);
     const auto snapshot = surface.snapshot();
-    for_each_closest_point(*snapshot, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
-        to[row] = contains(*snapshot, rows.vector(row)) ? -closest.distance : closest.distance;
-        uncertain += closest.error > aim;
-    });
+    for_each_closest_point(*snapshot, rows, max_distance, tolerance, progress,
+                           [&](std::size_t row, const ClosestPoint& closest) {
+                               to[row] = contains(*snapshot, rows.vector(row)) ? -closest.distance : closest.distance;
+                               uncertain += closest.error > aim;
+                           });
     if (uncertain > 0) {
         std::ostringstream text;
         text << uncertain << " of " << rows.count() << " distances may be too large by more than the tolerance, " << aim

@@ -44,7 +44,7 @@ std::unique_ptr<Scene> make_scene(const py::list& placed, const std::string& bui
 template <RayCaster::Contact contact>
 py::object cast_rays(Scene& scene, const py::object& rays, const py::object& directions, double t_near, double t_far,
                      std::optional<bool> coherent, bool certify, const py::object& outputs, const py::object& dtype,
-                     const py::object& out)
+                     const py::object& out, const py::object& progress)
 {
     GivenRays given(rays, directions, t_near, t_far);
     HitArrays arrays(given.rows, outputs, dtype, out);
@@ -52,8 +52,8 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
     if (certify)
         certificates.emplace(given.rows.leading_shape());
     const auto parts = arrays.outputs.only_t_and_ids() ? RayCaster::Parts::t_and_ids : RayCaster::Parts::all;
-    long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
-        const auto snapshot = scene.snapshot(progress);
+    long_call("to cast " + std::to_string(given.count()) + " rays", progress, [&](const Progress& report) {
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.05));
         std::optional<SceneCertifier> certifier;
         if (certify)
             certifier.emplace(*snapshot, &SeenBy::camera);
@@ -64,8 +64,8 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
             const py::gil_scoped_acquire locked;
             arrays.make_coefficients(coefficients);
         }
-        const auto kind = given.arrange(*snapshot, &SeenBy::camera, coherent, progress);
-        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+        const auto kind = given.arrange(*snapshot, &SeenBy::camera, coherent, part_of(report, 0.05, 0.1));
+        given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts, contact);
             std::array<Hit, RayPacket::capacity> hits;
             HitArrays::LastObject last;
@@ -116,23 +116,23 @@ py::object cast_touching_rays(Scene& scene, const py::object& rays)
 {
     return cast_rays<RayCaster::Contact::touch>(scene, rays, py::none(), 0.0, std::numeric_limits<double>::infinity(),
                                                 false, false, py::make_tuple("t_hit", "geometry_ids", "primitive_ids"),
-                                                py::none(), py::none());
+                                                py::none(), py::none(), py::none());
 }
 
 py::array test_occlusions(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
-                          double t_far, std::optional<bool> coherent, bool certify)
+                          double t_far, std::optional<bool> coherent, bool certify, const py::object& progress)
 {
     GivenRays given(rays, directions, t_near, t_far);
     if (certify)
-        return certified_codes(scene, given, &SeenBy::shadow, [](const SceneCertifier& certifier, const Ray& ray) {
-            return certifier.is_crossed(ray);
-        });
+        return certified_codes(
+            scene, given, &SeenBy::shadow, progress,
+            [](const SceneCertifier& certifier, const Ray& ray) { return certifier.is_crossed(ray); });
     py::array_t<bool> result(given.rows.leading_shape());
     bool* const flags = result.mutable_data();
-    long_call("to test " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
-        const auto snapshot = scene.snapshot(progress);
-        const auto kind = given.arrange(*snapshot, &SeenBy::shadow, coherent, progress);
-        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+    long_call("to test " + std::to_string(given.count()) + " rays", progress, [&](const Progress& report) {
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.05));
+        const auto kind = given.arrange(*snapshot, &SeenBy::shadow, coherent, part_of(report, 0.05, 0.1));
+        given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind);
             given.for_each_packet(begin, end, caster.width(),
                                   [&](const RayPacket& packet, std::size_t first, const auto& places) {

@@ -72,7 +72,7 @@ void find_occupancies(const SceneSnapshot& scene, const RowArray& points, std::u
 }
 
 py::object closest_points(Scene& scene, const py::object& points, double max_distance,
-                          const std::optional<double>& tolerance)
+                          const std::optional<double>& tolerance, const py::object& progress)
 {
     const RowArray rows(points, "points", 3);
     const Shape shape = rows.leading_shape();
@@ -86,10 +86,10 @@ py::object closest_points(Scene& scene, const py::object& points, double max_dis
                   *const to_error = errors.mutable_data();
     std::uint64_t* const to_id = ids.mutable_data();
     std::uint32_t* const to_geometry = geometries.mutable_data();
-    long_call("to find " + std::to_string(rows.count()) + " nearest points", py::none(), [&](const Progress& progress) {
-        const auto snapshot = scene.snapshot(progress);
-        for_each_closest_point(*snapshot, rows, closest_point_options(max_distance, tolerance), progress,
-                               [&](std::size_t row, const SceneClosestPoint& closest) {
+    long_call("to find " + std::to_string(rows.count()) + " nearest points", progress, [&](const Progress& report) {
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.05));
+        for_each_closest_point(*snapshot, rows, closest_point_options(max_distance, tolerance),
+                               part_of(report, 0.05, 1.0), [&](std::size_t row, const SceneClosestPoint& closest) {
                                    std::copy_n(&closest.position[0], 3, to_position + 3 * row);
                                    std::copy_n(&closest.normal[0], 3, to_normal + 3 * row);
                                    std::copy_n(&closest.uv[0], 2, to_uv + 2 * row);
@@ -111,30 +111,32 @@ py::object closest_points(Scene& scene, const py::object& points, double max_dis
 }
 
 py::array_t<double> signed_distance(Scene& scene, const py::object& points, double max_distance,
-                                    const std::optional<double>& tolerance)
+                                    const std::optional<double>& tolerance, const py::object& progress)
 {
     const RowArray rows(points, "points", 3);
     auto result = new_array<double>(rows.leading_shape());
     double* const to = result.mutable_data();
-    long_call("to find " + std::to_string(rows.count()) + " distances", py::none(), [&](const Progress& progress) {
-        const auto snapshot = scene.snapshot(progress);
+    long_call("to find " + std::to_string(rows.count()) + " distances", progress, [&](const Progress& report) {
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.05));
         std::vector<std::uint8_t> occupied(rows.count());
-        find_occupancies(*snapshot, rows, occupied.data(), part_of(progress, 0.0, 0.2));
+        find_occupancies(*snapshot, rows, occupied.data(), part_of(report, 0.05, 0.2));
         for_each_closest_point(*snapshot, rows, closest_point_options(max_distance, tolerance),
-                               part_of(progress, 0.2, 1.0), [&](std::size_t row, const SceneClosestPoint& closest) {
+                               part_of(report, 0.2, 1.0), [&](std::size_t row, const SceneClosestPoint& closest) {
                                    to[row] = occupied[row] != 0 ? -closest.distance : closest.distance;
                                });
     });
     return result;
 }
 
-py::array_t<bool> occupancy(Scene& scene, const py::object& points)
+py::array_t<bool> occupancy(Scene& scene, const py::object& points, const py::object& progress)
 {
     const RowArray rows(points, "points", 3);
     auto result = new_array<bool>(rows.leading_shape());
     auto* const to = reinterpret_cast<std::uint8_t*>(result.mutable_data());
-    long_call("to test " + std::to_string(rows.count()) + " points", py::none(),
-              [&](const Progress& progress) { find_occupancies(*scene.snapshot(progress), rows, to, progress); });
+    long_call("to test " + std::to_string(rows.count()) + " points", progress, [&](const Progress& report) {
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.05));
+        find_occupancies(*snapshot, rows, to, part_of(report, 0.05, 1.0));
+    });
     return result;
 }
 

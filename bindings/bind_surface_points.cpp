@@ -23,7 +23,7 @@ namespace isospline {
 
 namespace {
 
-py::object sample_points(const Isosurface& surface, std::int64_t count, std::int64_t seed)
+py::object sample_points(const Isosurface& surface, std::int64_t count, std::int64_t seed, const py::object& progress)
 {
     if (count < 0)
         throw_invalid("count", "a number of at least 0", count);
@@ -34,8 +34,8 @@ py::object sample_points(const Isosurface& surface, std::int64_t count, std::int
     double *const to_position = positions.mutable_data(), *const to_normal = normals.mutable_data();
     std::uint64_t* const to_id = ids.mutable_data();
     const auto snapshot = surface.snapshot();
-    long_call("to sample " + std::to_string(count) + " points", py::none(), [&](const Progress& progress) {
-        snapshot->shell(progress);
+    long_call("to sample " + std::to_string(count) + " points", progress, [&](const Progress& report) {
+        snapshot->shell(part_of(report, 0.0, 0.1));
         parallel_for(
             static_cast<std::size_t>(count), 256,
             [&](std::size_t begin, std::size_t end) {
@@ -47,7 +47,7 @@ py::object sample_points(const Isosurface& surface, std::int64_t count, std::int
                     to_id[i] = samples[i - begin].primitive_id;
                 }
             },
-            progress);
+            part_of(report, 0.1, 1.0));
     });
     py::dict result;
     result["points"] = positions;
@@ -57,7 +57,7 @@ py::object sample_points(const Isosurface& surface, std::int64_t count, std::int
 }
 
 py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const py::object& points,
-                              const std::string& word, std::optional<double> ripple_height)
+                              const std::string& word, std::optional<double> ripple_height, const py::object& progress)
 {
     const RowArray rows(points, "points", 3);
     if (ripple_height)
@@ -66,13 +66,13 @@ py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const 
     const ThicknessMethod method = as_enum(thickness_words, word, "method");
     auto result = new_array<double>(rows.leading_shape());
     double* const to = result.mutable_data();
-    long_call("to measure the thickness at " + std::to_string(rows.count()) + " points", py::none(),
-              [&](const Progress& progress) {
+    long_call("to measure the thickness at " + std::to_string(rows.count()) + " points", progress,
+              [&](const Progress& report) {
                   check_points(rows);
                   check_reach(rows);
                   Scene scene;
                   scene.add(std::make_shared<Isosurface>(*surface));
-                  const auto shown = scene.snapshot(progress);
+                  const auto shown = scene.snapshot(part_of(report, 0.0, 0.1));
                   const auto& at_level = *std::get<std::shared_ptr<const IsosurfaceSnapshot>>(shown->object(0).object);
                   parallel_for(
                       rows.count(), 64,
@@ -82,7 +82,7 @@ py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const 
                               chunk.push_back(rows.vector(row));
                           find_thickness(*shown, at_level, method, ripple, chunk, {to + begin, end - begin});
                       },
-                      progress);
+                      part_of(report, 0.1, 1.0));
               });
     return result;
 }

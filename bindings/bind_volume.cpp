@@ -81,7 +81,7 @@ std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& sp
     return volume;
 }
 
-py::array sample(const Volume& volume, const py::object& points, int derivative)
+py::array sample(const Volume& volume, const py::object& points, int derivative, const py::object& progress)
 {
     if (derivative < 0 || derivative > 2)
         throw_invalid("derivative", "0, 1 or 2", derivative);
@@ -90,7 +90,7 @@ py::array sample(const Volume& volume, const py::object& points, int derivative)
     auto result = new_array<double>(rows.leading_shape(), trailing);
     double* const to = result.mutable_data();
 
-    long_call("to sample " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& report) {
+    long_call("to sample " + std::to_string(rows.count()) + " points", progress, [&](const Progress& report) {
         constexpr std::size_t grain = 4096;
         const VisitingOrder order(volume, rows);
         const auto body = [&](std::size_t begin, std::size_t end) {

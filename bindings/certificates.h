@@ -79,14 +79,15 @@ inline std::uint8_t code_of(std::optional<bool> proven)
 
 /// The codes of answers about rays, certify(certifier, ray), for the objects that they see.
 template <typename Certify>
-pybind11::array certified_codes(Scene& scene, const GivenRays& given, bool SeenBy::*sees, const Certify& certify)
+pybind11::array certified_codes(Scene& scene, const GivenRays& given, bool SeenBy::*sees,
+                                const pybind11::object& progress, const Certify& certify)
 {
     pybind11::array_t<std::uint8_t> result(given.rows.leading_shape());
     std::uint8_t* const codes = result.mutable_data();
-    long_call("to certify " + std::to_string(given.count()) + " rays", pybind11::none(), [&](const Progress& progress) {
-        const auto snapshot = scene.snapshot(progress);
+    long_call("to certify " + std::to_string(given.count()) + " rays", progress, [&](const Progress& report) {
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.05));
         const SceneCertifier certifier(*snapshot, sees);
-        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+        given.for_each_chunk(part_of(report, 0.05, 1.0), [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const Ray ray = given.ray(i);
                 check_ray(ray, i);

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from .base.results import Hits
-    from .base.types import HitOutput
+    from .base.types import HitOutput, Progress
     from .io import VolumeData
     from .scene import Volume
 
@@ -133,6 +133,7 @@ class VoxelHopper(_core.VoxelHopper):
         t_far: float = math.inf,
         outputs: Iterable[HitOutput] = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals"),
         dtype: DTypeLike | None = None,
+        progress: Progress = None,
     ) -> Hits:
         """First crossing of each ray with the surface.
 
@@ -146,6 +147,8 @@ class VoxelHopper(_core.VoxelHopper):
             Names of the arrays to return, as in `Scene.cast_rays`.
         dtype : dtype, optional
             Type of arrays of real numbers, float64 or float32; by default that of the rays.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -160,7 +163,7 @@ class VoxelHopper(_core.VoxelHopper):
         TypeError
             If `rays` does not hold real numbers.
         """
-        return super().cast_rays(rays, t_near, t_far, outputs, dtype)
+        return super().cast_rays(rays, t_near, t_far, outputs, dtype, progress)
 
     @property
     def statistics(self) -> HopStatistics:

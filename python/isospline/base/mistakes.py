@@ -188,6 +188,8 @@ def wrong_call(name, signature, positional, keywords):
 def _meaning_of_extra(parameters, extra):
     """What was probably meant by the first of too many positional arguments."""
     by_keyword = [each for each in parameters.values() if each.kind is each.KEYWORD_ONLY]
+    if len(by_keyword) > 1:  # most long operations have it, and few mean it
+        by_keyword = [each for each in by_keyword if each.name != "progress"]
     if len(by_keyword) != 1 or not _fits(by_keyword[0].annotation, extra):
         return None
     plain = isinstance(extra, (bool, numbers.Number, str, tuple, list))

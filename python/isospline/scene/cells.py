@@ -13,6 +13,8 @@ from ..base.signatures import methods_of
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from ..base.types import Progress
+
 
 @methods_of("Volume")
 class VolumeCells(_core.Volume):
@@ -91,7 +93,7 @@ class VolumeCells(_core.Volume):
         return super().primitive_id(cells)
 
     def coefficient_weights(
-        self, points: ArrayLike
+        self, points: ArrayLike, *, progress: Progress = None
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """The model at points as weighted sums of coefficients.
 
@@ -102,6 +104,8 @@ class VolumeCells(_core.Volume):
         ----------
         points : (..., 3) float array, world units
             Positions x, y, z. Outside of the volume the model continues by its boundary rule.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -129,7 +133,7 @@ class VolumeCells(_core.Volume):
         >>> bool(abs(values - volume.sample(points)).max() < 1e-6)
         True
         """
-        return super().coefficient_weights(points)
+        return super().coefficient_weights(points, progress)
 
     def adjoint(self, indices: ArrayLike, weights: ArrayLike) -> NDArray[np.float64]:
         r"""Gradients by the samples, from gradients by the coefficients.

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ..base.results import ClosestPoints
+    from ..base.types import Progress
 
 
 @methods_of("Scene")
@@ -24,7 +25,12 @@ class PointQueries(_core.Scene):
     __slots__ = ()
 
     def closest_points(
-        self, points: ArrayLike, *, max_distance: float = math.inf, tolerance: float | None = None
+        self,
+        points: ArrayLike,
+        *,
+        max_distance: float = math.inf,
+        tolerance: float | None = None,
+        progress: Progress = None,
     ) -> ClosestPoints:
         """The points of the scene's objects that are nearest to given points.
 
@@ -35,6 +41,8 @@ class PointQueries(_core.Scene):
             Parts that are farther away are not searched.
         tolerance : float, world units, optional
             As in `Isosurface.closest_points`.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -63,10 +71,15 @@ class PointQueries(_core.Scene):
         >>> nearest["points"].round(6), nearest["distances"], nearest["primitive_ids"]
         (array([[0.2, 0.3, 0. ]]), array([2.]), array([0], dtype=uint64))
         """
-        return super().closest_points(points, max_distance, tolerance)
+        return super().closest_points(points, max_distance, tolerance, progress)
 
     def signed_distance(
-        self, points: ArrayLike, *, max_distance: float = math.inf, tolerance: float | None = None
+        self,
+        points: ArrayLike,
+        *,
+        max_distance: float = math.inf,
+        tolerance: float | None = None,
+        progress: Progress = None,
     ) -> NDArray[np.float64]:
         """Distances of points from the scene's objects; negative inside of any object.
 
@@ -75,6 +88,8 @@ class PointQueries(_core.Scene):
         points : (..., 3) array_like, world units
         max_distance, tolerance : float, world units
             As in `closest_points`.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -95,14 +110,16 @@ class PointQueries(_core.Scene):
         >>> isospline.Scene([tetrahedron]).signed_distance([(0.1, 0.2, 0.3), (-1, 0, 0)])
         array([-0.1,  1. ])
         """
-        return super().signed_distance(points, max_distance, tolerance)
+        return super().signed_distance(points, max_distance, tolerance, progress)
 
-    def occupancy(self, points: ArrayLike) -> NDArray[np.bool_]:
+    def occupancy(self, points: ArrayLike, *, progress: Progress = None) -> NDArray[np.bool_]:
         """Whether points are inside of any object of the scene.
 
         Parameters
         ----------
         points : (..., 3) array_like, world units
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -124,7 +141,7 @@ class PointQueries(_core.Scene):
         >>> isospline.Scene([tetrahedron]).occupancy([(0.1, 0.2, 0.3), (-1, 0, 0)])
         array([ True, False])
         """
-        return super().occupancy(points)
+        return super().occupancy(points, progress)
 
     def compute_closest_points(self, query_points: ArrayLike) -> ClosestPoints:
         """Open3D's name for `closest_points`."""

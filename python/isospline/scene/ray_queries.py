@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from ..base.results import Crossings, Hits
-    from ..base.types import HitOutput
+    from ..base.types import HitOutput, Progress
 
 
 @methods_of("Scene")
@@ -36,6 +36,7 @@ class RayQueries(_core.Scene):
         outputs: Iterable[HitOutput] = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals"),
         dtype: DTypeLike | None = None,
         out: dict[str, NDArray[Any]] | None = None,
+        progress: Progress = None,
     ) -> Hits:
         """First crossing of each ray with the scene.
 
@@ -66,6 +67,8 @@ class RayQueries(_core.Scene):
         out : dict of arrays, optional
             Arrays to write the outputs to, such as the result of an earlier call: C-contiguous, of the right shape and
             type. Missing ones are created.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -126,7 +129,7 @@ class RayQueries(_core.Scene):
         TypeError
             If `rays` does not hold real numbers, or an array of `out` has another type.
         """
-        return super().cast_rays(rays, directions, t_near, t_far, coherent, certify, outputs, dtype, out)
+        return super().cast_rays(rays, directions, t_near, t_far, coherent, certify, outputs, dtype, out, progress)
 
     @overload
     def test_occlusions(
@@ -138,6 +141,7 @@ class RayQueries(_core.Scene):
         t_far: float = math.inf,
         coherent: bool | None = None,
         certify: Literal[False] = False,
+        progress: Progress = None,
     ) -> NDArray[np.bool_]: ...
 
     @overload
@@ -150,6 +154,7 @@ class RayQueries(_core.Scene):
         t_far: float = math.inf,
         coherent: bool | None = None,
         certify: Literal[True],
+        progress: Progress = None,
     ) -> NDArray[np.uint8]: ...
 
     def test_occlusions(
@@ -161,6 +166,7 @@ class RayQueries(_core.Scene):
         t_far: float = math.inf,
         coherent: bool | None = None,
         certify: bool = False,
+        progress: Progress = None,
     ) -> NDArray[Any]:
         """Whether each ray crosses anything; stops at the first crossing found.
 
@@ -178,6 +184,8 @@ class RayQueries(_core.Scene):
             As in `cast_rays`. Rays from neighbouring points to one light are coherent. The result is the same.
         certify : bool
             Returns instead what is proven. The conditions of `cast_rays` hold for the objects that cast shadows.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -190,10 +198,16 @@ class RayQueries(_core.Scene):
         ValueError, TypeError
             As in `cast_rays`.
         """
-        return super().test_occlusions(rays, directions, t_near, t_far, coherent, certify)
+        return super().test_occlusions(rays, directions, t_near, t_far, coherent, certify, progress)
 
     def list_intersections(
-        self, rays: ArrayLike, directions: ArrayLike | None = None, *, t_near: float = 0.0, t_far: float = math.inf
+        self,
+        rays: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_near: float = 0.0,
+        t_far: float = math.inf,
+        progress: Progress = None,
     ) -> Crossings:
         """All crossings of each ray with the scene, in the order of t.
 
@@ -208,6 +222,8 @@ class RayQueries(_core.Scene):
             As in `cast_rays`.
         t_near, t_far : float
             Only crossings with t in [t_near, t_far] count.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -237,7 +253,7 @@ class RayQueries(_core.Scene):
         >>> np.round(crossings["t_hit"]).tolist(), crossings["entering"].tolist()
         ([15.0, 25.0], [True, False])
         """
-        return super().list_intersections(rays, directions, t_near, t_far)
+        return super().list_intersections(rays, directions, t_near, t_far, progress)
 
     @overload
     def count_intersections(
@@ -248,6 +264,7 @@ class RayQueries(_core.Scene):
         t_near: float = 0.0,
         t_far: float = math.inf,
         certify: Literal[False] = False,
+        progress: Progress = None,
     ) -> NDArray[np.int32]: ...
 
     @overload
@@ -259,6 +276,7 @@ class RayQueries(_core.Scene):
         t_near: float = 0.0,
         t_far: float = math.inf,
         certify: Literal[True],
+        progress: Progress = None,
     ) -> NDArray[np.uint8]: ...
 
     def count_intersections(
@@ -269,6 +287,7 @@ class RayQueries(_core.Scene):
         t_near: float = 0.0,
         t_far: float = math.inf,
         certify: bool = False,
+        progress: Progress = None,
     ) -> NDArray[Any]:
         """The number of crossings of each ray with the scene.
 
@@ -278,6 +297,8 @@ class RayQueries(_core.Scene):
             As in `list_intersections`.
         certify : bool
             Returns instead whether the number is proven to be odd; for the scenes of `cast_rays` with `certify`.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -291,7 +312,7 @@ class RayQueries(_core.Scene):
         ValueError, TypeError
             As in `cast_rays`.
         """
-        return super().count_intersections(rays, directions, t_near, t_far, certify)
+        return super().count_intersections(rays, directions, t_near, t_far, certify, progress)
 
     def secondary_rays(
         self, rays: ArrayLike, hits: dict[str, NDArray[Any]], directions: ArrayLike

@@ -24,12 +24,16 @@ class SurfaceQueries(_core.Isosurface):
     __slots__ = ()
 
     @overload
-    def contains(self, points: ArrayLike, *, certify: Literal[False] = False) -> NDArray[np.bool_]: ...
+    def contains(
+        self, points: ArrayLike, *, certify: Literal[False] = False, progress: Progress = None
+    ) -> NDArray[np.bool_]: ...
 
     @overload
-    def contains(self, points: ArrayLike, *, certify: Literal[True]) -> NDArray[np.uint8]: ...
+    def contains(
+        self, points: ArrayLike, *, certify: Literal[True], progress: Progress = None
+    ) -> NDArray[np.uint8]: ...
 
-    def contains(self, points: ArrayLike, *, certify: bool = False) -> NDArray[Any]:
+    def contains(self, points: ArrayLike, *, certify: bool = False, progress: Progress = None) -> NDArray[Any]:
         r"""Whether points are in the solid that the surface bounds.
 
         .. math:: f(\mathbf{x}) \ge f_0, \text{ or } f(\mathbf{x}) < f_0 \text{ for } \texttt{inside="below"}
@@ -40,6 +44,8 @@ class SurfaceQueries(_core.Isosurface):
         certify : bool
             Returns what is proven of the model of the stored float32 coefficients, by arithmetic that accounts for all
             rounding. For surfaces without `clip`, `mask` and `largest`, and not `closed`.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -65,7 +71,7 @@ class SurfaceQueries(_core.Isosurface):
         >>> isospline.Isosurface(volume, field.level).contains([(0, 0, 0), (0.6, 0, 0), (0.8, 0, 0), (5, 0, 0)])
         array([ True,  True, False, False])
         """
-        return super().contains(points, certify)
+        return super().contains(points, certify, progress)
 
     def to_mask(self, *, whole_cells: bool = False, progress: Progress = None) -> NDArray[np.bool_]:
         """The samples that are in the solid, as bool array.
@@ -113,7 +119,12 @@ class SurfaceQueries(_core.Isosurface):
         return super().to_mask(whole_cells, progress)
 
     def closest_points(
-        self, points: ArrayLike, *, max_distance: float = math.inf, tolerance: float | None = None
+        self,
+        points: ArrayLike,
+        *,
+        max_distance: float = math.inf,
+        tolerance: float | None = None,
+        progress: Progress = None,
     ) -> ClosestPoints:
         """The points of the surface that are nearest to given points.
 
@@ -128,6 +139,8 @@ class SurfaceQueries(_core.Isosurface):
             Farther parts of the surface are not searched. A small distance saves most of the time.
         tolerance : float, world units, optional
             The error bound that the search aims at; by default a millionth of the shortest edge of a voxel.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -178,10 +191,15 @@ class SurfaceQueries(_core.Isosurface):
         >>> bool((nearest["error_bounds"] < 1e-7).all())
         True
         """
-        return super().closest_points(points, max_distance, tolerance)
+        return super().closest_points(points, max_distance, tolerance, progress)
 
     def signed_distance(
-        self, points: ArrayLike, *, max_distance: float = math.inf, tolerance: float | None = None
+        self,
+        points: ArrayLike,
+        *,
+        max_distance: float = math.inf,
+        tolerance: float | None = None,
+        progress: Progress = None,
     ) -> NDArray[np.float64]:
         """Distances of points from the surface, negative inside.
 
@@ -190,6 +208,8 @@ class SurfaceQueries(_core.Isosurface):
         points : (..., 3) array_like, world units
         max_distance, tolerance : float, world units
             As in `closest_points`.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -221,9 +241,9 @@ class SurfaceQueries(_core.Isosurface):
         >>> surface.signed_distance([(0.6, 0, 0.1), (0.6, 0, 0.5), (0.2, 0, 0)]).round(3)
         array([-0.15,  0.25,  0.15])
         """
-        return super().signed_distance(points, max_distance, tolerance)
+        return super().signed_distance(points, max_distance, tolerance, progress)
 
-    def sample_points(self, count: int, *, seed: int = 0) -> SurfaceSamples:
+    def sample_points(self, count: int, *, seed: int = 0, progress: Progress = None) -> SurfaceSamples:
         """Random points of the surface, uniform by area in world space.
 
         Parameters
@@ -233,6 +253,8 @@ class SurfaceQueries(_core.Isosurface):
         seed : int
             Seed of the random numbers, 0 to 2^32 - 1. The same seed gives the same points for any number of threads. A
             smaller count gives the first points of a larger one.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -261,10 +283,15 @@ class SurfaceQueries(_core.Isosurface):
         >>> bool(abs(np.linalg.norm(points, axis=1) - 0.7).max() < 1e-3), bool(abs(points.mean(axis=0)).max() < 0.05)
         (True, True)
         """
-        return super().sample_points(count, seed)
+        return super().sample_points(count, seed, progress)
 
     def thickness(
-        self, points: ArrayLike, *, method: Literal["max_sphere", "ray"] = "max_sphere", ripple: float | None = None
+        self,
+        points: ArrayLike,
+        *,
+        method: Literal["max_sphere", "ray"] = "max_sphere",
+        ripple: float | None = None,
+        progress: Progress = None,
     ) -> NDArray[np.float64]:
         """The thickness of the solid at points of its surface.
 
@@ -280,6 +307,8 @@ class SurfaceQueries(_core.Isosurface):
             For "max_sphere", world units: the height of ripples of the surface, such as those of noise, that do not
             matter. By default half of the shortest edge of a voxel. With 0, the ball touches the surface at the point,
             and the thickness is never larger than that of "ray".
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -319,4 +348,4 @@ class SurfaceQueries(_core.Isosurface):
         >>> float(torus.thickness((0.6, 0, 0.25), method="ray").round(3))
         0.5
         """
-        return super().thickness(points, method, ripple)
+        return super().thickness(points, method, ripple, progress)

@@ -119,7 +119,7 @@ class Volume(VolumeCells, VolumeConversions, Shown):
             data, spacing, origin, direction, degree, boundary, filter, smoothing, axes, unit, patient, progress
         )
 
-    def sample(self, points: ArrayLike, *, derivative: int = 0) -> NDArray[np.float64]:
+    def sample(self, points: ArrayLike, *, derivative: int = 0, progress: Progress = None) -> NDArray[np.float64]:
         """The model, or its derivatives, at points.
 
         Outside of the volume the model continues by its boundary rule. Points that are not finite give NaN.
@@ -131,6 +131,8 @@ class Volume(VolumeCells, VolumeConversions, Shown):
         derivative : {0, 1, 2}
             0 for values, 1 for gradients, 2 for Hessians, by world coordinates. For degree 0 all derivatives are zero;
             for degree 1, second derivatives along one axis of the volume are zero.
+        progress : callable, optional
+            Called with the finished fraction; cancels if it returns a false value other than None.
 
         Returns
         -------
@@ -150,7 +152,7 @@ class Volume(VolumeCells, VolumeConversions, Shown):
         >>> float(volume.sample([[2, 1, 1]])[0].round(6))
         1.0
         """
-        return super().sample(points, derivative)
+        return super().sample(points, derivative, progress)
 
     @property
     def coefficients(self) -> NDArray[np.float64]:
