@@ -117,6 +117,11 @@ def stub():
             functions.append(function_of(node, known, derived))
         elif isinstance(node, ast.AnnAssign) and node.target.id != "__all__":
             constants.append(f"{node.target.id}: {typed(node.annotation, known)}")
+    found = {node.name for node in nodes if isinstance(node, ast.ClassDef)}
+    for name, kind in vars(isospline._core).items():  # pybind11-stubgen leaves out exceptions with several bases
+        if isinstance(kind, type) and issubclass(kind, Exception) and name not in found:
+            bases = [ast.Name(each.__name__) for each in kind.__bases__]
+            classes.append(ast.ClassDef(name, bases, [], [ast.Expr(ast.Constant(...))], []))
     tree = ast.Module([*classes, *functions], [])
     text = "\n".join([HEAD, *constants, ast.unparse(ast.fix_missing_locations(tree))])
     formatter = [sys.executable, "-m", "ruff", "format", "--stdin-filename", STUB, "-"]

@@ -172,7 +172,7 @@ def wrong_call(name, signature, positional, keywords):
         places = ", ".join(each.name for each in by_position) or "no arguments"
         meaning = _meaning_of_extra(parameters, extra)
         hint = f"; did you mean {meaning}?" if meaning else ""
-        others = f" and the keywords {', '.join(by_keyword)}" if by_keyword else ""
+        others = f" and the keyword{'s' * (len(by_keyword) > 1)} {', '.join(by_keyword)}" if by_keyword else ""
         place = f"in position {len(by_position) + 1}"
         return f"{name}: expected {places} by position{others}, got {described(extra)} {place}{hint}"
     for each in by_position[: len(positional)]:

@@ -48,7 +48,7 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def methods_of(owner: str) -> Callable[[T], T]:
-    """Decorate a base with a part of the methods of one class of its package: they are called those of that class."""
+    """Decorate a base class with some methods of one class of its package: errors and `help` name that class."""
     return functools.partial(explained_methods, owner=owner)
 
 
@@ -105,8 +105,7 @@ def _explanation(function, positional, keywords, said):
 
 def _parsed(annotation):
     """The annotation of a parameter, a text, as a tree."""
-    text = annotation if isinstance(annotation, str) and annotation is not inspect.Parameter.empty else "Any"
-    return ast.parse(text, mode="eval").body
+    return ast.parse(annotation if isinstance(annotation, str) else "Any", mode="eval").body
 
 
 def _lone_item(annotation, value):

@@ -12,10 +12,8 @@ if TYPE_CHECKING:
     from ..color_rules.rule import _ColorRule
 
 Progress = Callable[[float], object] | bool | None  # True: a bar
-Size = tuple[int, int]
 Point = tuple[float, float, float]
 CameraPosition = tuple[Point, Point, Point]
-OpenCv = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 Background = str | ArrayLike | None
 ColorMap = str | Callable[..., object] | ArrayLike  # a callable: matplotlib's Colormap
 Color = Union[str, ArrayLike, "_ColorRule"]

@@ -20,7 +20,7 @@ from .parameters import vector_text
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-_COMPILED = (_core.PathTracer,)
+# The parameters of the only compiled value.
 _PATH_TRACER = ("material", "materials", "lights", "max_bounces", "seed")
 
 _DATACLASSES: list[type] = []
@@ -28,7 +28,7 @@ _DATACLASSES: list[type] = []
 
 def value_types() -> tuple[type, ...]:
     """All classes of values."""
-    return (*_COMPILED, *_DATACLASSES)
+    return (_core.PathTracer, *_DATACLASSES)
 
 
 def parts(value):
@@ -42,19 +42,6 @@ def part(value, name):
     """A parameter of a value's constructor, exactly as it is kept."""
     exact = getattr(value, "_exact", {})
     return exact[name] if name in exact else getattr(value, name)
-
-
-def _replace(self, **changes):
-    """The same value with changed parameters: ``camera.replace(eye=(0, -20, 0))``.
-
-    Parameters
-    ----------
-    **changes
-        Parameters of the constructor.
-    """
-    changed = parts(self)
-    changed.update(changes)
-    return type(self)(**changed)
 
 
 def _equal(self, other):
@@ -156,8 +143,7 @@ class Value:
         **changes
             Parameters of the constructor.
         """
-        changed: Self = _replace(self, **changes)
-        return changed
+        return type(self)(**{**parts(self), **changes})
 
     def __eq__(self, other: object) -> Any:
         return _equal(self, other)
@@ -185,11 +171,11 @@ def text_of(part: Any) -> str:
     return f"{part:.12g}" if isinstance(part, float) else repr(part)
 
 
-def _add_methods(kind, **methods):
-    for name, method in methods.items():
-        setattr(kind, name, method)
-
-
-for _kind in _COMPILED:
-    _add_methods(_kind, replace=_replace, __eq__=_equal, __hash__=_hash, __reduce__=_reduce)
-    _add_methods(_kind, __copy__=_itself, __deepcopy__=_itself)
+for _name, _method in {
+    "__eq__": _equal,
+    "__hash__": _hash,
+    "__reduce__": _reduce,
+    "__copy__": _itself,
+    "__deepcopy__": _itself,
+}.items():
+    setattr(_core.PathTracer, _name, _method)

@@ -11,7 +11,6 @@ import numpy as np
 
 from .. import _core
 from ..base.handed import known
-from ..base.signatures import explained
 from . import checker
 from .checker import CertificateError
 from .prover import Prover, describe_volume
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
     from ..scene import Volume
 
-__all__ = ["CertificateError", "check", "explained", "write_coefficients"]
+__all__ = ["CertificateError", "check", "write_coefficients"]
 
 
 def certificate(self, ray, t_near, t_far, geometry_id):

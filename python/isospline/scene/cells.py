@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -187,10 +187,10 @@ class VolumeCells(_core.Volume):
         size = int(np.prod(self.shape))
         if places.size and not (places.min() >= 0 and places.max() < size):
             raise ValueError(f"indices: expected places from 0 to {size - 1}, got {places.min()} to {places.max()}")
-        sums = np.bincount(places.reshape(-1).astype(np.intp), numbers.reshape(-1), size)
+        sums: Any = np.bincount(places.reshape(-1).astype(np.intp), numbers.reshape(-1), size)
         if not (np.isfinite(numbers).all() and np.isfinite(sums).all()):
             raise ValueError("weights: expected finite numbers with finite sums, got some that are not")
-        return self._by_samples(sums.astype(float))
+        return self._by_samples(sums)
 
     def _by_samples(self, by_coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gradients by the samples, from those by all coefficients, x fastest: the transposed prefilter."""

@@ -33,14 +33,18 @@ def as_volume(value, parameter, purpose=""):
     raise TypeError(sentence(parameter, f"a Volume, a VolumeData or a three-dimensional array{purpose}", value))
 
 
+def _converter_of(value):
+    """What converts a mesh of another library, also of a class that is derived from its classes; None for others."""
+    packages = (kind.__module__.partition(".")[0] for kind in type(value).__mro__)
+    return next((_MESHES[package] for package in packages if package in _MESHES), None)
+
+
 def as_mesh(value, parameter):
     """A mesh; also from meshes of other libraries."""
     if isinstance(value, Mesh):
         return value
-    for kind in type(value).__mro__:
-        convert = _MESHES.get(kind.__module__.partition(".")[0])
-        if convert is not None:
-            return convert(known("Mesh"), value)
+    if convert := _converter_of(value):
+        return convert(known("Mesh"), value)
     expected = "an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio"
     raise TypeError(sentence(parameter, expected, value))
 
@@ -52,7 +56,7 @@ def as_object(value, parameter):
 
 def mesh_without_faces(value):
     """The mesh that is given in place of vertices and faces."""
-    if type(value).__module__.partition(".")[0] not in _MESHES and not isinstance(value, Mesh):
+    if not isinstance(value, Mesh) and _converter_of(value) is None:
         if np.ndim(value) == 2:
             raise TypeError("faces: expected a value for this parameter of Mesh, got none")
         raise TypeError(
@@ -87,7 +91,7 @@ def as_target(other, is_signed):
     """The scene from which distances are measured: of objects, or of points as triangles without area."""
     if isinstance(other, Scene):
         scene = other
-    elif isinstance(other, (Isosurface, Mesh)) or type(other).__module__.partition(".")[0] in _MESHES:
+    elif isinstance(other, (Isosurface, Mesh)) or _converter_of(other):
         scene = known("Scene")([other])
     else:
         try:
@@ -113,7 +117,7 @@ def as_placed_objects(objects, *more):
         objects = [objects, *more]
     if isinstance(objects, Scene):
         raise TypeError(sentence("objects", "isosurfaces and meshes", objects))
-    if isinstance(objects, (Isosurface, Mesh)) or type(objects).__module__.partition(".")[0] in _MESHES:
+    if isinstance(objects, (Isosurface, Mesh)) or _converter_of(objects):
         objects = [objects]
     try:
         items = list(objects)

@@ -43,7 +43,8 @@ def test_meshes_of_other_libraries_in_scenes():
     given = trimesh.creation.icosphere(2, 3.0)
     expected = isospline.Scene([isospline.Mesh.from_trimesh(given)])
     polydata = pyvista.wrap(given)
-    for mesh in (given, polydata, meshio.Mesh(given.vertices, {"triangle": given.faces})):
+    derived = type("Derived", (trimesh.Trimesh,), {})(given.vertices, given.faces, process=False)
+    for mesh in (given, derived, polydata, meshio.Mesh(given.vertices, {"triangle": given.faces})):
         added = isospline.Scene()
         assert added.add(mesh) == 0
         for scene in (added, isospline.Scene(mesh), isospline.Scene([mesh]), isospline.Scene([(mesh, np.eye(4))])):

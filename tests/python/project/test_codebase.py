@@ -6,6 +6,7 @@ import importlib.metadata
 import inspect
 import re
 import statistics
+import sys
 from pathlib import Path
 
 import isospline
@@ -207,6 +208,14 @@ def test_the_compiled_module_has_no_docstrings():
                 text = each.__doc__ or ""
                 documented += [(name, inner)] * (text != "" and not text.startswith(f"{inner or name}("))
     assert not documented
+
+
+def test_modules_list_no_decorators_as_theirs():
+    """Linters add what a module imports and does not use to its `__all__`."""
+    for module in [each for name, each in sys.modules.items() if name.split(".")[0] == "isospline"]:
+        listed = [getattr(module, name) for name in getattr(module, "__all__", ())]
+        homes = {getattr(each, "__module__", None) for each in listed}
+        assert not homes & {"isospline.base.handed", "isospline.base.mistakes", "isospline.base.signatures"}, module
 
 
 def test_the_package_is_typed():
