@@ -43,6 +43,7 @@ py::object report_of(const SurfaceMesh& mesh)
     report["distance"] = mesh.distance;
     report["left_out"] = as_result("LeftOut", left_out);
     report["self_intersections"] = mesh.crossings;
+    report["missing_volume"] = mesh.missing_volume;
     return as_result("MeshReport", report);
 }
 

@@ -158,22 +158,24 @@ std::pair<std::vector<glm::uvec3>, std::vector<FaceLabel>> EditableMesh::take() 
     return {std::move(faces_), std::move(labels_)};
 }
 
-void drop_unused_vertices(LabeledMesh& mesh)
+std::vector<std::uint32_t> drop_unused_vertices(LabeledMesh& mesh)
 {
     constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
     std::vector<std::uint32_t> numbers(mesh.vertices.size(), unused);
     for (const glm::uvec3& face : mesh.faces)
         for (int corner = 0; corner < 3; ++corner)
             numbers[face[corner]] = 0;
-    std::uint32_t count = 0;
-    for (std::size_t i = 0; i < numbers.size(); ++i)
+    std::vector<std::uint32_t> kept;
+    for (std::uint32_t i = 0; i < numbers.size(); ++i)
         if (numbers[i] != unused) {
-            mesh.vertices[count] = mesh.vertices[i];
-            numbers[i] = count++;
+            numbers[i] = static_cast<std::uint32_t>(kept.size());
+            mesh.vertices[numbers[i]] = mesh.vertices[i];
+            kept.push_back(i);
         }
-    mesh.vertices.resize(count);
+    mesh.vertices.resize(kept.size());
     for (glm::uvec3& face : mesh.faces)
         face = {numbers[face.x], numbers[face.y], numbers[face.z]};
+    return kept;
 }
 
 void merge_close_vertices(LabeledMesh& mesh, double distance)

@@ -61,7 +61,7 @@ private:
 /// formats.
 void merge_close_vertices(LabeledMesh& mesh, double distance);
 
-/// Removes vertices without faces.
-void drop_unused_vertices(LabeledMesh& mesh);
+/// Removes vertices without faces. Returns the numbers that the others had.
+std::vector<std::uint32_t> drop_unused_vertices(LabeledMesh& mesh);
 
 } // namespace isospline

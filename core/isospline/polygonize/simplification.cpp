@@ -26,6 +26,23 @@ constexpr double usual_spacing = 0.5;
 
 } // namespace
 
+std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices, const std::vector<Box>& boxes,
+                                        double margin)
+{
+    Box bounds;
+    for (const Box& box : boxes)
+        bounds.extend(box);
+    FaceOctree octree(bounds, boxes.size(), 0.25 * margin);
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        octree.insert(static_cast<std::uint32_t>(i), boxes[i]);
+    std::vector<std::uint8_t> found(vertices.size());
+    parallel_for(found.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            found[i] = !octree.visit({vertices[i] - margin, vertices[i] + margin}, [](std::uint32_t) { return false; });
+    });
+    return found;
+}
+
 template <int Degree>
 Simplification<Degree>::Simplification(const LatticeField<Degree>& field, const LabeledMesh& fine,
                                        const Simplicity& simplicity)
@@ -48,7 +65,7 @@ template <int Degree>
 void Simplification<Degree>::redo(const std::vector<Box>& boxes, double margin, const std::vector<Box>& samples,
                                   Redo what, const Progress& progress)
 {
-    std::vector<std::uint8_t> is_redone = near(boxes, margin);
+    std::vector<std::uint8_t> is_redone = vertices_near(fine_.vertices, boxes, margin);
     if (what == Redo::surrounding_alone)
         for (std::size_t i = 0; i < is_redone.size(); ++i)
             is_locked_[i] |= is_redone[i];
@@ -72,26 +89,6 @@ std::pair<LabeledMesh, std::vector<std::uint8_t>> Simplification<Degree>::mesh()
             has_changed.push_back(mesh.faces.back() != fine_.faces[face]);
         }
     return {std::move(mesh), std::move(has_changed)};
-}
-
-/// For each vertex, whether it is within a margin of a box.
-template <int Degree>
-std::vector<std::uint8_t> Simplification<Degree>::near(const std::vector<Box>& boxes, double margin) const
-{
-    Box bounds;
-    for (const Box& box : boxes)
-        bounds.extend(box);
-    FaceOctree octree(bounds, boxes.size(), 0.25 * margin);
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), boxes[i]);
-    std::vector<std::uint8_t> found(fine_.vertices.size());
-    parallel_for(found.size(), 16384, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const glm::dvec3& vertex = fine_.vertices[i];
-            found[i] = !octree.visit({vertex - margin, vertex + margin}, [](std::uint32_t) { return false; });
-        }
-    });
-    return found;
 }
 
 /// Repeats the collapses that were done, but those of vertices that are done again, which are queued. Where a collapse

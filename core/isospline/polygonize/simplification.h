@@ -24,6 +24,10 @@ enum class Redo {
     surrounding_alone ///< all collapses that depend on those of the vertices there, which stay
 };
 
+/// For each vertex, whether it is within a margin of a box.
+std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices, const std::vector<Box>& boxes,
+                                        double margin);
+
 /// Collapses edges of a mesh, those that change it least first (M. Garland, P. Heckbert, "Surface simplification using
 /// quadric error metrics", SIGGRAPH 1997). Remaining vertices do not move. A collapse is done only if each face that it
 /// changes is measured to be near the surface (Nearness), and samples of the surface are near these faces.
@@ -46,7 +50,6 @@ public:
     std::pair<LabeledMesh, std::vector<std::uint8_t>> mesh() const;
 
 private:
-    std::vector<std::uint8_t> near(const std::vector<Box>& boxes, double margin) const;
     void repeat(std::vector<std::uint8_t> is_redone, Redo what, const Progress& progress);
     void assign_samples(const Progress& progress);
     void run_blocks(const Care& care, const Progress& progress);

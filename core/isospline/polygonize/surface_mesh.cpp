@@ -1,15 +1,12 @@
 #include "isospline/polygonize/surface_mesh.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/polygonize/covering.h"
-#include "isospline/polygonize/editable_mesh.h"
 #include "isospline/polygonize/face_crossing.h"
-#include "isospline/polygonize/face_distance.h"
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/lattice_mesh.h"
 #include "isospline/polygonize/left_out.h"
 #include "isospline/polygonize/mesh_part.h"
-#include "isospline/polygonize/simplification.h"
+#include "isospline/polygonize/simplified_mesh.h"
 #include "isospline/polygonize/tolerance_search.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/hit.h"
@@ -22,15 +19,12 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
-#include <tuple>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -38,183 +32,12 @@ namespace isospline {
 
 namespace {
 
-/// What is proven of the distance between a mesh and the surface that it stands for, in both directions. After a change
-/// of a part of the mesh, only this part is examined again.
-template <int Degree>
-class MeshProof {
-public:
-    /// The field must outlive it. Distances are in world units.
-    MeshProof(const LatticeField<Degree>& field, double tolerance) : field_(field), tolerance_(tolerance) {}
-
-    /// Examines a mesh with the same vertices as the mesh before. Crossings of two faces that have not changed do not
-    /// count. Boxes of what is not covered are as small as possible in the last examination only.
-    void examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
-                 const Progress& progress);
-
-    /// A bound for the distance of all points of the mesh from the surface or a cap, and of all points of these that
-    /// are not in `uncovered` from the mesh.
-    double distance() const;
-    /// Boxes in lattice space with surface that is not proven to be within the tolerance of the mesh.
-    const std::vector<Box>& uncovered() const { return covering_.uncovered; }
-    /// The boxes around faces that are not proven to be within the tolerance of the surface, or cross others.
-    std::vector<Box> failed(const LabeledMesh& mesh) const;
-
-private:
-    struct ProvenFace {
-        glm::uvec3 face;
-        double distance;
-        bool crosses_other;
-    };
-
-    static bool is_before(const ProvenFace& a, const ProvenFace& b);
-    static ProvenFace* find(std::vector<ProvenFace>& faces, const glm::uvec3& face);
-
-    const LatticeField<Degree>& field_;
-    double tolerance_;
-    Covering covering_;
-    std::vector<ProvenFace> faces_; ///< sorted
-    std::vector<std::array<std::uint32_t, 2>> crossings_;
-};
-
-template <int Degree>
-bool MeshProof<Degree>::is_before(const ProvenFace& a, const ProvenFace& b)
-{
-    return std::tie(a.face.x, a.face.y, a.face.z) < std::tie(b.face.x, b.face.y, b.face.z);
-}
-
-template <int Degree>
-typename MeshProof<Degree>::ProvenFace* MeshProof<Degree>::find(std::vector<ProvenFace>& faces, const glm::uvec3& face)
-{
-    const auto found = std::lower_bound(faces.begin(), faces.end(), ProvenFace{face, 0.0, false}, is_before);
-    return found != faces.end() && found->face == face ? &*found : nullptr;
-}
-
-template <int Degree>
-void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
-                                const Progress& progress)
-{
-    // Faces cross others as before if neither is new.
-    std::vector<std::uint8_t> may_cross = has_changed;
-    // From the mesh to the surface: the faces that are new.
-    std::vector<ProvenFace> faces;
-    LabeledMesh added{mesh.vertices, {}, {}};
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
-        const ProvenFace* const known = find(faces_, mesh.faces[i]);
-        if (!faces_.empty())
-            may_cross[i] = known == nullptr || known->crosses_other ? 1 : 0;
-        if (known != nullptr) {
-            faces.push_back({known->face, known->distance, false});
-        } else {
-            added.faces.push_back(mesh.faces[i]);
-            added.labels.push_back(mesh.labels[i]);
-        }
-    }
-    const std::vector<double> distances =
-        distances_from_surface(field_, added, tolerance_, part_of(progress, 0.0, 0.6));
-    for (std::size_t i = 0; i < distances.size(); ++i)
-        faces.push_back({added.faces[i], distances[i], false});
-    std::sort(faces.begin(), faces.end(), is_before);
-
-    // From the surface to the mesh: the cells around faces that are gone.
-    CellFilter filter;
-    std::unordered_set<CrossingKey> changed;
-    const LatticeMetric metric(field_.surface().volume().lattice_to_world());
-    const glm::dvec3 reach = box_of_ball(metric, tolerance_);
-    if (!faces_.empty()) {
-        std::vector<Box> boxes = covering_.uncovered;
-        for (const ProvenFace& proven : faces_)
-            if (find(faces, proven.face) == nullptr) {
-                const Box box = box_of(mesh.vertices, proven.face);
-                boxes.push_back({box.lower - reach, box.upper + reach});
-            }
-        changed = cubes_of(boxes, 1.0, 0.0);
-        filter = [&changed](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; };
-    }
-    const double least_edge = least_edge_of(metric, tolerance_);
-    const double reported = is_last ? 0.0 : std::max(2.0 * least_edge, 0.125 * std::min({reach.x, reach.y, reach.z}));
-    Covering covering =
-        cover_surface(field_, mesh, tolerance_, {least_edge, reported}, filter, part_of(progress, 0.6, 0.95));
-    covering.distance = std::max(covering.distance, covering_.distance);
-    crossings_ = find_crossings(mesh.vertices, mesh.faces, may_cross, part_of(progress, 0.95, 1.0));
-    std::erase_if(crossings_, [&](const std::array<std::uint32_t, 2>& pair) {
-        return has_changed[pair[0]] == 0 && has_changed[pair[1]] == 0;
-    });
-    for (const auto& pair : crossings_)
-        for (const std::uint32_t face : pair)
-            find(faces, mesh.faces[face])->crosses_other = true;
-    covering_ = std::move(covering);
-    faces_ = std::move(faces);
-}
-
-template <int Degree>
-double MeshProof<Degree>::distance() const
-{
-    double most = covering_.distance;
-    for (const ProvenFace& proven : faces_)
-        most = std::max(most, proven.distance);
-    return most;
-}
-
-template <int Degree>
-std::vector<Box> MeshProof<Degree>::failed(const LabeledMesh& mesh) const
-{
-    std::vector<Box> boxes;
-    for (const ProvenFace& proven : faces_)
-        if (proven.distance > tolerance_)
-            boxes.push_back(box_of(mesh.vertices, proven.face));
-    for (const auto& [first, second] : crossings_) {
-        const Box a = box_of(mesh.vertices, mesh.faces[first]), b = box_of(mesh.vertices, mesh.faces[second]);
-        boxes.push_back({glm::max(a.lower, b.lower), glm::min(a.upper, b.upper)});
-    }
-    return boxes;
-}
-
-/// A mesh with few faces, and what is proven of it. Locations are in lattice space.
-struct SimplifiedMesh {
-    LabeledMesh mesh;
-    double distance;
-    std::vector<Box> uncovered;
-};
-
-// The mesh of the lattice leaves a part of the tolerance for simplification, which leaves a part for points between
-// those where it measures.
-constexpr double part_of_lattice = 0.8, part_of_faces = 0.9, part_of_vertices = 0.8;
 /// The smallest tolerance for a number of faces, in voxels: parts of the surface between the nodes of the finest
 /// lattice can be left out.
 constexpr double finest_tolerance = 1.0 / 32.0;
 /// The smallest tolerance that may be asked for, in voxels: edges of 1/32 are this far from an arc whose radius is two
 /// voxels.
 constexpr double least_tolerance = 0x1p-14;
-
-/// Simplifies the mesh of a lattice for this tolerance or a smaller one.
-template <int Degree>
-SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledMesh& fine, double tolerance,
-                               const Progress& progress)
-{
-    constexpr int attempts = 5;
-    const LatticeField<Degree> field(surface, 1);
-    const LatticeMetric metric(surface.volume().lattice_to_world());
-    Simplification<Degree> simplification(field, fine, {part_of_faces * tolerance, part_of_vertices * tolerance});
-    simplification.run(part_of(progress, 0.0, 0.5));
-    MeshProof<Degree> proof(field, tolerance);
-    double margin = 0.5 * tolerance / metric.shortest_edge;
-    for (int attempt = 1;; ++attempt) {
-        const double left = std::pow(0.5, attempt); // most of the work is in the first attempt
-        auto [mesh, has_changed] = simplification.mesh();
-        proof.examine(mesh, has_changed, attempt == attempts, part_of(progress, 1.0 - left, 1.0 - 0.75 * left));
-        std::vector<Box> failed = proof.failed(mesh);
-        const std::vector<Box>& uncovered = proof.uncovered();
-        failed.insert(failed.end(), uncovered.begin(), uncovered.end());
-        if (failed.empty() || attempt == attempts) {
-            drop_unused_vertices(mesh);
-            return {std::move(mesh), proof.distance(), uncovered};
-        }
-        const Redo what = attempt == 1 ? Redo::vertices : attempt == 2 ? Redo::surrounding : Redo::surrounding_alone;
-        simplification.redo(failed, margin, uncovered, what, part_of(progress, 1.0 - 0.75 * left, 1.0 - 0.5 * left));
-        if (what == Redo::surrounding_alone)
-            margin *= 8.0;
-    }
-}
 
 /// The simplified mesh with the smallest tolerance that the search finds for at most this number of faces.
 template <int Degree>
@@ -268,14 +91,16 @@ SimplifiedMesh mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t face
     return *std::move(best);
 }
 
-/// Maps a mesh from lattice space to the world, and adds normals.
+/// Maps a mesh from lattice space to the world, and adds normals: those of the surface at `feet`, one for each vertex,
+/// or at the vertices.
 template <int Degree>
-SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const Progress& progress)
+SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, std::span<const glm::dvec3> feet,
+                     const Progress& progress)
 {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     const LatticeField<Degree> field(surface, 1);
     const Volume& volume = surface.volume();
-    SurfaceMesh result{
-        std::move(mesh.vertices), {}, std::move(mesh.faces), std::numeric_limits<double>::quiet_NaN(), {}, 0};
+    SurfaceMesh result{std::move(mesh.vertices), {}, std::move(mesh.faces), unknown, {}, 0, unknown};
     result.normals.resize(result.vertices.size());
 
     // Vertices on caps only have a cap's normal; if gradients vanish, normals are those of faces.
@@ -290,7 +115,7 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
                 glm::dvec3& vertex = result.vertices[i];
                 if (label[i] == on_isosurface) {
                     Hit hit;
-                    set_surface_normal(hit, field.gradient(vertex), surface.options().inside,
+                    set_surface_normal(hit, field.gradient(feet.empty() ? vertex : feet[i]), surface.options().inside,
                                        volume.world_to_lattice());
                     result.normals[i] = hit.normal;
                 } else {
@@ -314,8 +139,10 @@ SurfaceMesh with_proof(const IsosurfaceSnapshot& surface, SimplifiedMesh simplif
 {
     std::vector<LeftOut> left_out =
         join_boxes(simplified.uncovered, simplified.mesh, surface.volume().lattice_to_world());
-    SurfaceMesh result = to_world<Degree>(surface, std::move(simplified.mesh), part_of(progress, 0.0, 0.5));
+    SurfaceMesh result =
+        to_world<Degree>(surface, std::move(simplified.mesh), simplified.feet, part_of(progress, 0.0, 0.5));
     result.distance = simplified.distance;
+    result.missing_volume = simplified.missing_volume;
     result.left_out = std::move(left_out);
     result.crossings = find_crossings(result.vertices, result.faces, {}, part_of(progress, 0.5, 1.0)).size();
     return result;
@@ -336,7 +163,7 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
         if (!tolerance) {
             LabeledMesh mesh = lattice_mesh<degree>(surface, {}, part_of(progress, 0.0, 0.9));
-            return to_world<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
+            return to_world<degree>(surface, std::move(mesh), {}, part_of(progress, 0.9, 1.0));
         }
         const LabeledMesh fine =
             lattice_mesh<degree>(surface, part_of_lattice * *tolerance, part_of(progress, 0.0, 0.3));

@@ -31,12 +31,17 @@ struct SurfaceMesh {
     double distance;
     std::vector<LeftOut> left_out; ///< parts of the surface that may be farther from the mesh than the tolerance
     std::size_t crossings = 0;     ///< pairs of faces that meet elsewhere than at common vertices and edges
+    /// What is missing of the volume that the surface encloses, measured at points of the faces; world units cubed. NaN
+    /// without a tolerance.
+    double missing_volume;
 };
 
 /// The mesh of a surface, with its clip and caps.
 ///
-/// Vertices are roots of f - level, up to rounding, or on caps. Edges have two faces, or one at an end of the
-/// surface: the border of the volume if it is not closed, cells that a mask removes, and a clip that is not capped.
+/// Without a tolerance, vertices are roots of f - level, up to rounding, or on caps. With a tolerance, they are on both
+/// sides of the surface, so that the volume is kept; those on caps and at borders are not moved. Edges have two faces,
+/// or one at an end of the surface: the border of the volume if it is not closed, cells that a mask removes, and a clip
+/// that is not capped.
 ///
 /// Without a tolerance, the lattice is that of the cells; features between the corners of cells are missed. With a
 /// tolerance, world units, the mesh has many vertices where the surface is curved, to stay within the tolerance, and

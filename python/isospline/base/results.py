@@ -272,6 +272,9 @@ class MeshReport(Result):
     distance: float = _item("distance", "Bound on the distance of surface and mesh, world units.")
     left_out: LeftOut = _item("left_out", "The parts of the surface that are left out.")
     self_intersections: int = _item("self_intersections", "Number of pairs of faces that cross.")
+    missing_volume: float = _item(
+        "missing_volume", "The surface's enclosed volume less that of the mesh, estimated, world units cubed."
+    )
 
 
 class LevelMeasures(Table):
@@ -299,6 +302,7 @@ class PrintReport(Result):
     self_intersections: int = _item(
         "self_intersections", "As in `MeshReport`, before cavities were filled.", option=_PROVEN
     )
+    missing_volume: float = _item("missing_volume", "As in `MeshReport`, before cavities were filled.", option=_PROVEN)
 
     def __str__(self) -> str:
         parts = ["closed at the border"] if self.closed_at_border else []

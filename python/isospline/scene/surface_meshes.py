@@ -89,12 +89,16 @@ class SurfaceMeshes(_core.Isosurface):
     ) -> Any:
         r"""A triangle mesh of the surface, with its clip and caps.
 
-        .. math:: |f(\mathbf{v}) - f_0| \approx 0 \text{ for every vertex } \mathbf{v} \text{ that is not on a cap}
+        .. math:: |f(\mathbf{v}) - f_0| \approx 0 \text{ for every vertex } \mathbf{v} \text{ that is not on a cap,}
+
+        without a tolerance. With one, vertices are on both sides of the surface, so that the mesh encloses the same
+        volume where the tolerance allows it; those on caps and at borders are not moved.
 
         The mesh is a manifold. An edge has two faces, or one where the surface ends: at the border of the volume if it
         is not closed, at cuts by `mask`, and at a `clip` that is not capped. If the surface is closed, the mesh is
-        watertight for all samples. Faces are counter-clockwise as seen from outside. Normals are exact. On caps they
-        are those of the planes; at vertices that a cap shares with the surface, those of the surface.
+        watertight for all samples. Faces are counter-clockwise as seen from outside. Normals are exact, those of the
+        surface where a vertex was before it was moved. On caps they are those of the planes; at vertices that a cap
+        shares with the surface, those of the surface.
 
         Parameters
         ----------
@@ -132,6 +136,8 @@ class SurfaceMeshes(_core.Isosurface):
               mesh.
             - ``self_intersections``: the number of pairs of faces that meet elsewhere than at common vertices and
               edges, by exact arithmetic.
+            - ``missing_volume``: the volume that the surface encloses and the mesh does not, less that which the mesh
+              alone encloses, in world units cubed. An estimate, from the height of the surface at points of the faces.
 
         Raises
         ------
@@ -158,6 +164,7 @@ class SurfaceMeshes(_core.Isosurface):
         .. [1] W. Lorensen, H. Cline, "Marching cubes: a high resolution 3D surface construction algorithm", SIGGRAPH
            1987.
         .. [2] M. Garland, P. Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997.
+        .. [3] P. Lindstrom, G. Turk, "Fast and memory efficient polygonal simplification", IEEE Visualization 1998.
 
         Examples
         --------

@@ -158,7 +158,9 @@ def test_tolerance_bounds_both_distances(rng, name, degree):
     volume = field.volume(28, degree=degree)
     surface = isospline.Isosurface(volume, field.level)
     edge = min(volume.spacing)
-    faces = len(surface.to_mesh().faces)
+    plain = surface.to_mesh()
+    assert surface.closest_points(plain.vertices)["distances"].max() < 1e-9 * edge
+    faces = len(plain.faces)
     for tolerance in (0.5 * edge, 0.1 * edge):
         mesh, distance = surface.to_mesh(tolerance, return_distance=True)
         shape = mesh.to_trimesh()
@@ -169,7 +171,7 @@ def test_tolerance_bounds_both_distances(rng, name, degree):
         assert surface.closest_points(points)["distances"].max() <= tolerance
         exact = surface.closest_points(rng.uniform(*volume.bounds, (2000, 3)))["points"]
         assert np.abs(trimesh.proximity.closest_point(shape, exact)[1]).max() <= tolerance
-        assert surface.closest_points(mesh.vertices)["distances"].max() < 1e-9 * edge
+        assert surface.closest_points(mesh.vertices)["distances"].max() <= tolerance
 
 
 def test_a_large_tolerance_keeps_the_topology():

@@ -1,0 +1,139 @@
+#include "isospline/polygonize/mesh_proof.h"
+
+#include "isospline/polygonize/face_crossing.h"
+#include "isospline/polygonize/face_distance.h"
+
+#include <glm/common.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <tuple>
+#include <unordered_set>
+#include <utility>
+
+namespace isospline {
+
+template <int Degree>
+bool MeshProof<Degree>::is_before(const ProvenFace& a, const ProvenFace& b)
+{
+    return std::tie(a.face.x, a.face.y, a.face.z) < std::tie(b.face.x, b.face.y, b.face.z);
+}
+
+template <int Degree>
+typename MeshProof<Degree>::ProvenFace* MeshProof<Degree>::find(std::vector<ProvenFace>& faces, const glm::uvec3& face)
+{
+    const auto found = std::lower_bound(faces.begin(), faces.end(), ProvenFace{face, 0.0, false}, is_before);
+    return found != faces.end() && found->face == face ? &*found : nullptr;
+}
+
+template <int Degree>
+typename MeshProof<Degree>::ProvenFace* MeshProof<Degree>::find_known(const LabeledMesh& mesh, const glm::uvec3& face)
+{
+    ProvenFace* const known = find(faces_, face);
+    for (int corner = 0; known != nullptr && corner < 3; ++corner)
+        if (mesh.vertices[face[corner]] != vertices_[face[corner]])
+            return nullptr;
+    return known;
+}
+
+template <int Degree>
+void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
+                                const Progress& progress)
+{
+    // Faces cross others as before if neither is new.
+    std::vector<std::uint8_t> may_cross = has_changed;
+    // From the mesh to the surface: the faces that are new.
+    std::vector<ProvenFace> faces;
+    LabeledMesh added{mesh.vertices, {}, {}};
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
+        const ProvenFace* const known = find_known(mesh, mesh.faces[i]);
+        if (!faces_.empty())
+            may_cross[i] = known == nullptr || known->crosses_other ? 1 : 0;
+        if (known != nullptr) {
+            faces.push_back({known->face, known->distance, false});
+        } else {
+            added.faces.push_back(mesh.faces[i]);
+            added.labels.push_back(mesh.labels[i]);
+        }
+    }
+    const std::vector<double> distances =
+        distances_from_surface(field_, added, tolerance_, part_of(progress, 0.0, 0.6));
+    for (std::size_t i = 0; i < distances.size(); ++i)
+        faces.push_back({added.faces[i], distances[i], false});
+    std::sort(faces.begin(), faces.end(), is_before);
+
+    // From the surface to the mesh: the cells around faces that are gone.
+    CellFilter filter;
+    std::unordered_set<CrossingKey> changed;
+    const LatticeMetric metric(field_.surface().volume().lattice_to_world());
+    const glm::dvec3 reach = box_of_ball(metric, tolerance_);
+    if (!faces_.empty()) {
+        std::vector<Box> boxes = covering_.uncovered;
+        for (const ProvenFace& proven : faces_)
+            if (find(faces, proven.face) == nullptr || find_known(mesh, proven.face) == nullptr) {
+                const Box box = box_of(vertices_, proven.face);
+                boxes.push_back({box.lower - reach, box.upper + reach});
+            }
+        changed = cubes_of(boxes, 1.0, 0.0);
+        filter = [&changed](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; };
+    }
+    const double least_edge = least_edge_of(metric, tolerance_);
+    const double reported = is_last ? 0.0 : std::max(2.0 * least_edge, 0.125 * std::min({reach.x, reach.y, reach.z}));
+    Covering covering =
+        cover_surface(field_, mesh, tolerance_, {least_edge, reported}, filter, part_of(progress, 0.6, 0.95));
+    covering.distance = std::max(covering.distance, covering_.distance);
+    crossings_ = find_crossings(mesh.vertices, mesh.faces, may_cross, part_of(progress, 0.95, 1.0));
+    std::erase_if(crossings_, [&](const std::array<std::uint32_t, 2>& pair) {
+        return has_changed[pair[0]] == 0 && has_changed[pair[1]] == 0;
+    });
+    for (const auto& pair : crossings_)
+        for (const std::uint32_t face : pair)
+            find(faces, mesh.faces[face])->crosses_other = true;
+    covering_ = std::move(covering);
+    vertices_ = mesh.vertices;
+    faces_ = std::move(faces);
+}
+
+template <int Degree>
+double MeshProof<Degree>::distance() const
+{
+    double most = covering_.distance;
+    for (const ProvenFace& proven : faces_)
+        most = std::max(most, proven.distance);
+    return most;
+}
+
+template <int Degree>
+std::vector<Box> MeshProof<Degree>::failed(const LabeledMesh& mesh) const
+{
+    std::vector<Box> boxes;
+    for (const ProvenFace& proven : faces_)
+        if (proven.distance > tolerance_)
+            boxes.push_back(box_of(mesh.vertices, proven.face));
+    for (const auto& [first, second] : crossings_) {
+        const Box a = box_of(mesh.vertices, mesh.faces[first]), b = box_of(mesh.vertices, mesh.faces[second]);
+        boxes.push_back({glm::max(a.lower, b.lower), glm::min(a.upper, b.upper)});
+    }
+    return boxes;
+}
+
+template <int Degree>
+void MeshProof<Degree>::mark_failed(const LabeledMesh& mesh, std::vector<std::uint8_t>& flags) const
+{
+    const auto mark = [&](const glm::uvec3& face) {
+        for (int corner = 0; corner < 3; ++corner)
+            flags[face[corner]] = 1;
+    };
+    for (const ProvenFace& proven : faces_)
+        if (proven.distance > tolerance_)
+            mark(proven.face);
+    for (const auto& pair : crossings_)
+        for (const std::uint32_t face : pair)
+            mark(mesh.faces[face]);
+}
+
+template class MeshProof<1>;
+template class MeshProof<2>;
+template class MeshProof<3>;
+
+} // namespace isospline

@@ -1,0 +1,52 @@
+// Vertices on both sides of the surface, so that a mesh encloses as much as the surface.
+#pragma once
+
+#include "isospline/polygonize/lattice_field.h"
+#include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/nearness.h"
+#include "isospline/query/lattice_metric.h"
+#include "isospline/util/progress.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace isospline {
+
+/// Moves the vertices of a simplified mesh off the surface, so that the volume that it encloses is kept (a goal of
+/// P. Lindstrom, G. Turk, "Fast and memory efficient polygonal simplification", IEEE Visualization 1998).
+///
+/// With all vertices on the surface, the mesh of a convex solid is in it, and too small. The volume between a face and
+/// the surface is measured. Each corner of the face then has to add a third of it, and is moved along the normal of the
+/// faces around it. A second step does the same with the moved mesh. A vertex depends only on the faces near it.
+template <int Degree>
+class VolumePreservation {
+public:
+    /// Surface that is farther than `reach` from a face, in world units, does not count. The field must outlive it.
+    VolumePreservation(const LatticeField<Degree>& field, double reach);
+
+    /// Moves the vertices of a mesh. Those with a flag in `stays`, at borders and on caps do not move.
+    void move(LabeledMesh& mesh, const std::vector<std::uint8_t>& stays, const Progress& progress) const;
+    /// The volume that the surface encloses and the mesh does not, less that which the mesh alone encloses, in world
+    /// units cubed, as measured at points of the faces.
+    double missing_volume(const LabeledMesh& mesh, const Progress& progress) const;
+
+private:
+    /// The volume between a face and the surface, and the face's area as a vector to the outside.
+    struct Between {
+        double volume;
+        glm::dvec3 area;
+    };
+
+    std::vector<Between> between(const LabeledMesh& mesh, const Progress& progress) const;
+    double height(const glm::dvec3& at, const glm::dvec3& outward) const;
+    Between between(const Corners& corners) const;
+
+    const LatticeField<Degree>& field_;
+    LatticeMetric metric_;
+    double reach_, orientation_; ///< -1 if the lattice is mirrored in the world, else 1
+    glm::dvec3 shape_;
+};
+
+} // namespace isospline

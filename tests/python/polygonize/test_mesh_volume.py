@@ -1,0 +1,106 @@
+"""Meshes with a tolerance enclose the volume of the surface; against closed forms and integrals.
+
+Splines of degree 2 and 3 contain all quadratic polynomials, so the surface of one is an exact ellipsoid.
+"""
+
+import numpy as np
+import pytest
+
+import isospline
+
+trimesh = pytest.importorskip("trimesh")
+ndimage = pytest.importorskip("scipy.ndimage")
+
+RADII = np.array([11.0, 13.0, 9.0])  # along x, y, z, in voxels
+
+
+def ellipsoid(degree=2, matrix=None, **options):
+    """The surface, and the volume that it encloses."""
+    z, y, x = (np.arange(size) - (size - 1) / 2 for size in (28, 36, 32))
+    z, y, x = np.meshgrid(z, y, x, indexing="ij")
+    data = 1 - (x / RADII[0]) ** 2 - (y / RADII[1]) ** 2 - (z / RADII[2]) ** 2
+    grid, scale = {}, 1.0
+    if matrix is not None:
+        spacing = np.linalg.norm(matrix, axis=0)
+        grid = {"spacing": spacing, "direction": matrix / spacing, "origin": (3, -2, 5)}
+        scale = abs(np.linalg.det(matrix))
+    volume = isospline.Volume(data, degree=degree, **grid)
+    return isospline.Isosurface(volume, 0.0, **options), 4 / 3 * np.pi * RADII.prod() * scale
+
+
+OBLIQUE = np.array([[0.8, 0.1, 0.0], [0.0, 0.7, 0.2], [0.1, 0.0, 1.1]])
+MIRRORED = OBLIQUE * (1, -1, 1)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.parametrize("matrix", [None, OBLIQUE, MIRRORED], ids=["plain", "oblique", "mirrored"])
+@pytest.mark.parametrize("tolerance", [0.33, 0.1])  # 0.03 and 0.01 of the middle radius
+def test_convex_bodies_do_not_shrink(degree, matrix, tolerance):
+    surface, expected = ellipsoid(degree, matrix)
+    mesh, report = surface.to_mesh(tolerance, return_report=True)
+    volume = mesh.to_trimesh().volume
+    assert report["distance"] <= tolerance
+    assert volume == pytest.approx(expected, rel=1e-3)
+    assert report["missing_volume"] == pytest.approx(expected - volume, abs=3e-4 * expected)
+    assert surface.contains(mesh.vertices).mean() < 0.2  # those of a convex mesh that is large enough are outside
+
+
+def test_a_cavity_does_not_grow():
+    surface, expected = ellipsoid(inside="below", closed=True)
+    mesh = surface.to_mesh(0.33)
+    box = np.diff(surface.volume.bounds, axis=0).prod()
+    assert box - mesh.to_trimesh().volume == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_number_of_faces_keeps_the_volume():
+    surface, expected = ellipsoid()
+    assert surface.to_mesh(faces=300).to_trimesh().volume == pytest.approx(expected, rel=1e-3)
+
+
+def test_normals_are_those_of_the_surface():
+    surface, _ = ellipsoid()
+    mesh = surface.to_mesh(0.2)
+    center = np.mean(surface.volume.bounds, axis=0)
+    feet = surface.closest_points(mesh.vertices)["points"]
+    expected = (feet - center) / RADII**2
+    expected /= np.linalg.norm(expected, axis=1)[:, None]
+    assert (mesh.normals * expected).sum(axis=1).min() > np.cos(0.02)
+
+
+def test_vertices_on_caps_and_seams_do_not_move():
+    center = np.array([15.5, 17.5, 13.5])
+    clip = isospline.HalfSpace(center + (0, 0, 2), (0.2, -0.1, 1.0))
+    surface, _ = ellipsoid(clip=clip, capped=True)
+    mesh, report = surface.to_mesh(0.2, return_report=True)
+    solid = mesh.to_trimesh()
+    assert solid.is_watertight
+    heights = (mesh.vertices - center - (0, 0, 2)) @ np.array([0.2, -0.1, 1.0])
+    on_cap = np.abs(heights) < 1e-9
+    assert on_cap.sum() > 20
+    assert heights.min() > -1e-9
+    values = surface.volume.sample(mesh.vertices[on_cap])
+    assert values.min() > -1e-9  # seams are on the surface, other vertices in the solid
+    assert solid.volume == pytest.approx(float(surface.enclosed_volume()), rel=2e-3)
+
+
+def test_ends_at_the_border_do_not_move():
+    z, y, x = np.mgrid[:24, :24, :24]
+    surface = isospline.Isosurface(isospline.Volume(100.0 - (x - 11.5) ** 2 - (y - 11.5) ** 2 + 0.0 * z), 0.0)
+    mesh = surface.to_mesh(0.4)
+    lower, upper = surface.volume.bounds
+    at_end = (np.abs(mesh.vertices[:, 2] - lower[2]) < 1e-9) | (np.abs(mesh.vertices[:, 2] - upper[2]) < 1e-9)
+    values = np.abs(surface.volume.sample(mesh.vertices))
+    assert at_end.sum() > 20
+    assert values[at_end].max() < 1e-6 < 0.1 < values[~at_end].max()
+
+
+@pytest.mark.parametrize("tolerance", [0.2, 0.1])
+def test_curved_sheets_keep_the_volume(tolerance):
+    rng = np.random.default_rng(5)
+    data = ndimage.gaussian_filter(np.pad(rng.normal(size=(26, 26, 26)), 5, constant_values=-1), 2.2)
+    surface = isospline.Isosurface(isospline.Volume(data), 0.01)
+    expected = float(surface.enclosed_volume())
+    mesh, report = surface.to_mesh(tolerance, return_report=True)
+    volume = mesh.to_trimesh().volume
+    assert volume == pytest.approx(expected, rel=1e-3)
+    assert report["missing_volume"] == pytest.approx(expected - volume, abs=1e-3 * expected)
