@@ -203,6 +203,7 @@ def test_a_bundle_counts_with_what_it_holds(ball):
         (zipped({"session.json": session([])})[:-30], "session of isospline"),
         (zipped({"session.json": session([])}).replace(b"isospline", b"isospl1ne"), "CRC"),
     ],
+    ids=["empty", "not JSON", "cut", "changed"],  # the bytes have the time
 )
 def test_broken_bundles_are_one_clear_error(client, viewer, content, message):
     before = viewer.state
