@@ -10,13 +10,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <tuple>
+#include <utility>
 
 namespace isospline {
 
 namespace {
 
-/// How often all vertices are moved.
-constexpr int step_count = 2;
 /// The largest step, as a part of the reach.
 constexpr double largest_step = 0.5;
 /// The edges of the parts of a face, each with three points, in cells.
@@ -134,9 +134,45 @@ VolumePreservation<Degree>::between(const LabeledMesh& mesh, const Progress& pro
     return found;
 }
 
+/// The same for a mesh whose vertices have these numbers; faces that were measured before are not measured again.
+template <int Degree>
+std::vector<typename VolumePreservation<Degree>::Between>
+VolumePreservation<Degree>::between(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
+                                    std::vector<Measured>& before, const Progress& progress) const
+{
+    const auto is_before = [](const glm::uvec3& a, const glm::uvec3& b) {
+        return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+    };
+    std::vector<Measured> measured(mesh.faces.size());
+    parallel_for(
+        mesh.faces.size(), 1024,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const glm::uvec3& face = mesh.faces[i];
+                Measured& of_face = measured[i];
+                of_face = {{numbers[face.x], numbers[face.y], numbers[face.z]}, corners_of(mesh, i), {}};
+                if (mesh.labels[i] != on_isosurface)
+                    continue;
+                const auto known = std::lower_bound(
+                    before.begin(), before.end(), of_face.face,
+                    [&](const Measured& other, const glm::uvec3& wanted) { return is_before(other.face, wanted); });
+                const bool is_known =
+                    known != before.end() && known->face == of_face.face && known->corners == of_face.corners;
+                of_face.between = is_known ? known->between : between(of_face.corners);
+            }
+        },
+        progress);
+    std::vector<Between> found(measured.size());
+    std::transform(measured.begin(), measured.end(), found.begin(), [](const Measured& of) { return of.between; });
+    std::sort(measured.begin(), measured.end(),
+              [&](const Measured& a, const Measured& b) { return is_before(a.face, b.face); });
+    before = std::move(measured);
+    return found;
+}
+
 template <int Degree>
 void VolumePreservation<Degree>::move(LabeledMesh& mesh, const std::vector<std::uint8_t>& stays,
-                                      const Progress& progress) const
+                                      const Progress& progress)
 {
     LabeledMesh used = mesh; // most vertices of a simplified mesh have no faces
     const std::vector<std::uint32_t> numbers = drop_unused_vertices(used);
@@ -147,7 +183,8 @@ void VolumePreservation<Degree>::move(LabeledMesh& mesh, const std::vector<std::
     };
     for (int step = 0; step < step_count; ++step) {
         const std::vector<Between> of_faces =
-            between(used, part_of(progress, static_cast<double>(step) / step_count, (step + 1.0) / step_count));
+            between(used, numbers, before_[static_cast<std::size_t>(step)],
+                    part_of(progress, static_cast<double>(step) / step_count, (step + 1.0) / step_count));
         std::vector<Around> around(numbers.size());
         for (std::size_t i = 0; i < used.faces.size(); ++i)
             for (int corner = 0; corner < 3; ++corner) {

@@ -9,6 +9,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -26,8 +27,9 @@ public:
     /// Surface that is farther than `reach` from a face, in world units, does not count. The field must outlive it.
     VolumePreservation(const LatticeField<Degree>& field, double reach);
 
-    /// Moves the vertices of a mesh. Those with a flag in `stays`, at borders and on caps do not move.
-    void move(LabeledMesh& mesh, const std::vector<std::uint8_t>& stays, const Progress& progress) const;
+    /// Moves the vertices of a mesh. Those with a flag in `stays`, at borders and on caps do not move. It is faster if
+    /// the mesh has many faces of the mesh before, with the same numbers of vertices.
+    void move(LabeledMesh& mesh, const std::vector<std::uint8_t>& stays, const Progress& progress);
     /// The volume that the surface encloses and the mesh does not, less that which the mesh alone encloses, in world
     /// units cubed, as measured at points of the faces.
     double missing_volume(const LabeledMesh& mesh, const Progress& progress) const;
@@ -38,8 +40,17 @@ private:
         double volume;
         glm::dvec3 area;
     };
+    /// That of a face which was measured.
+    struct Measured {
+        glm::uvec3 face; ///< by the numbers of its corners
+        Corners corners;
+        Between between;
+    };
+    static constexpr int step_count = 2;
 
     std::vector<Between> between(const LabeledMesh& mesh, const Progress& progress) const;
+    std::vector<Between> between(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
+                                 std::vector<Measured>& before, const Progress& progress) const;
     double height(const glm::dvec3& at, const glm::dvec3& outward) const;
     Between between(const Corners& corners) const;
 
@@ -47,6 +58,7 @@ private:
     LatticeMetric metric_;
     double reach_, orientation_; ///< -1 if the lattice is mirrored in the world, else 1
     glm::dvec3 shape_;
+    std::array<std::vector<Measured>, step_count> before_; ///< the faces of the mesh before, sorted, at each step
 };
 
 } // namespace isospline
