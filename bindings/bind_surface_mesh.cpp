@@ -100,6 +100,21 @@ py::object mesh_of(const Isosurface& surface, const std::optional<double>& toler
 
 void bind_surface_mesh(py::module_& module)
 {
+    py::class_<MeshParts>(module, "MeshParts")
+        .def(py::init([](const Isosurface& surface, std::int64_t cells) {
+            if (cells < 1)
+                throw_invalid("cells", "at least 1", cells);
+            return MeshParts(surface.snapshot(), static_cast<std::size_t>(cells));
+        }))
+        .def("next", [](MeshParts& parts, const py::object& progress) {
+            std::shared_ptr<Mesh> mesh;
+            long_call("to make a mesh", progress, [&](const Progress& report) {
+                if (std::optional<SurfaceMesh> part = parts.next(report))
+                    mesh = std::make_shared<Mesh>(std::move(part->vertices), std::move(part->faces),
+                                                  std::move(part->normals));
+            });
+            return mesh;
+        });
     py::class_<Isosurface, std::shared_ptr<Isosurface>> surface(module.attr("Isosurface"));
     surface.def("to_mesh", &mesh_of);
 }

@@ -164,6 +164,7 @@ def calls(o, folder):
             surface.write,
             {"path": folder / "a.stl", "tolerance": None, "faces": None, "for_print": True, "progress": None},
         ),
+        ("Isosurface.mesh_parts", surface.mesh_parts, {"cells": 1000, "progress": None}),
         ("Isosurface.to_print_mesh", surface.to_print_mesh, {"tolerance": 0.5, "faces": None, "progress": None}),
         ("Measurement", iso.Measurement, {"value": 1.0, "error": 0.1}),
         (

@@ -178,7 +178,7 @@ std::vector<std::uint32_t> drop_unused_vertices(LabeledMesh& mesh)
     return kept;
 }
 
-void merge_close_vertices(LabeledMesh& mesh, double distance)
+void merge_close_vertices(LabeledMesh& mesh, double distance, const std::function<bool(const glm::dvec3&)>& stays)
 {
     const auto is_short = [&](std::uint32_t a, std::uint32_t b) {
         return glm::distance(mesh.vertices[a], mesh.vertices[b]) < distance;
@@ -199,7 +199,8 @@ void merge_close_vertices(LabeledMesh& mesh, double distance)
     EditableMesh editable(mesh.vertices.size(), std::move(mesh.faces), std::move(mesh.labels));
     EditableMesh::Workspace workspace;
     const auto try_collapse = [&](std::uint32_t from, std::uint32_t to) {
-        if (!is_short(from, to) || !editable.can_collapse(from, to, workspace) ||
+        if (!is_short(from, to) || (stays && stays(mesh.vertices[from])) ||
+            !editable.can_collapse(from, to, workspace) ||
             turns_over(editable, workspace, mesh.vertices, from, to, distance))
             return false;
         editable.collapse(from, to);

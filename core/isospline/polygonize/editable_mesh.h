@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -58,8 +59,8 @@ private:
 
 /// Collapses edges that are shorter than `distance`, in lattice units, if the mesh remains a manifold and no face is
 /// flipped. Such edges come from nodes of the lattice almost on the surface, and degenerate in single precision
-/// formats.
-void merge_close_vertices(LabeledMesh& mesh, double distance);
+/// formats. Vertices for which `stays` returns true are kept.
+void merge_close_vertices(LabeledMesh& mesh, double distance, const std::function<bool(const glm::dvec3&)>& stays = {});
 
 /// Removes vertices without faces. Returns the numbers that the others had.
 std::vector<std::uint32_t> drop_unused_vertices(LabeledMesh& mesh);

@@ -71,10 +71,12 @@ Progress rest_of(const Progress& progress, int subdivision)
 template <int Degree>
 class RefinedLattice {
 public:
-    RefinedLattice(const IsosurfaceSnapshot& surface, int subdivision, const Progress& progress)
+    /// `bricks` selects the bricks whose cubes may be cut, by their first cells.
+    RefinedLattice(const IsosurfaceSnapshot& surface, int subdivision, const CellFilter& bricks,
+                   const Progress& progress)
         : field_(surface, subdivision), special_(surface.planes(), subdivision), tetrahedra_(field_, special_)
     {
-        tetrahedra_.add_cut_cubes(progress);
+        tetrahedra_.add_cut_cubes(bricks, progress);
     }
 
     /// The mesh in the bricks that a filter selects by their first cells.
@@ -133,7 +135,7 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
     LabeledMesh mesh;
     for (int subdivision = 1;; subdivision *= 2) {
         const Progress of_lattice = rest_of(progress, subdivision);
-        RefinedLattice<Degree> lattice(surface, subdivision, part_of(of_lattice, 0.0, 0.1));
+        RefinedLattice<Degree> lattice(surface, subdivision, {}, part_of(of_lattice, 0.0, 0.1));
         mesh = lattice.mesh({}, part_of(of_lattice, 0.1, 0.4));
         if (!tolerance)
             break;
@@ -168,8 +170,24 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
     return mesh;
 }
 
+template <int Degree>
+LabeledMesh lattice_mesh_of_layers(const IsosurfaceSnapshot& surface, int first, int last, const Progress& progress)
+{
+    const CellFilter bricks = [first, last](const glm::ivec3& cell) { return first <= cell.z && cell.z < last; };
+    RefinedLattice<Degree> lattice(surface, 1, bricks, part_of(progress, 0.0, 0.2));
+    LabeledMesh mesh = lattice.mesh(bricks, part_of(progress, 0.2, 1.0));
+    merge_close_vertices(mesh, shortest_edge,
+                         [first, last, end = surface.volume().cell_shape().z](const glm::dvec3& vertex) {
+                             return (first > 0 && vertex.z <= first) || (last < end && vertex.z >= last);
+                         });
+    return mesh;
+}
+
 template LabeledMesh lattice_mesh<1>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
 template LabeledMesh lattice_mesh<2>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
 template LabeledMesh lattice_mesh<3>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
+template LabeledMesh lattice_mesh_of_layers<1>(const IsosurfaceSnapshot&, int, int, const Progress&);
+template LabeledMesh lattice_mesh_of_layers<2>(const IsosurfaceSnapshot&, int, int, const Progress&);
+template LabeledMesh lattice_mesh_of_layers<3>(const IsosurfaceSnapshot&, int, int, const Progress&);
 
 } // namespace isospline

@@ -17,4 +17,9 @@ namespace isospline {
 template <int Degree>
 LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress);
 
+/// The part of the mesh without a tolerance in the bricks whose first cells are in the layers [first, last) along z.
+/// The vertices that it shares with other parts are the same, bit for bit.
+template <int Degree>
+LabeledMesh lattice_mesh_of_layers(const IsosurfaceSnapshot& surface, int first, int last, const Progress& progress);
+
 } // namespace isospline

@@ -1,9 +1,13 @@
 #include "isospline/polygonize/simplified_mesh.h"
 
+#include "isospline/polygonize/covering.h"
 #include "isospline/polygonize/editable_mesh.h"
+#include "isospline/polygonize/face_octree.h"
 #include "isospline/polygonize/mesh_proof.h"
 #include "isospline/polygonize/simplification.h"
 #include "isospline/polygonize/volume_preservation.h"
+
+#include <glm/geometric.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -18,6 +22,10 @@ namespace {
 constexpr double part_of_faces = 0.9, part_of_vertices = 0.8;
 /// How often a mesh is simplified, at most.
 constexpr int most_attempts = 5;
+/// After this number of proofs, neighbours of vertices that are put back are put back, too.
+constexpr int most_single_rounds = 3;
+/// The cosine of the largest angle by which a face is turned when its vertices move.
+constexpr double least_cosine = 0.5;
 
 /// Moves the vertices of simplified meshes so that they keep the volume, and proves the result. Where the proof fails,
 /// vertices stay on the surface.
@@ -26,7 +34,7 @@ class PreservedMeshes {
 public:
     /// `fine` has the vertices of all meshes. It and the field must outlive the object.
     PreservedMeshes(const LatticeField<Degree>& field, const LabeledMesh& fine, double tolerance)
-        : fine_(fine), reach_(tolerance / LatticeMetric(field.surface().volume().lattice_to_world()).shortest_edge),
+        : fine_(fine), reach_(box_of_ball(LatticeMetric(field.surface().volume().lattice_to_world()), tolerance)),
           preservation_(field, tolerance), proof_(field, tolerance), stays_(fine.vertices.size(), 0)
     {
     }
@@ -56,11 +64,13 @@ public:
     }
 
 private:
-    /// Makes vertices stay for which the proof failed. Returns whether any of them had been moved.
-    bool put_back(const LabeledMesh& mesh);
+    /// Makes vertices of faces stay for which the proof failed, or which are turned. Returns whether any of them had
+    /// been moved.
+    bool put_back(const LabeledMesh& mesh, bool with_neighbors);
+    bool is_turned(const LabeledMesh& mesh, const glm::uvec3& face) const;
 
     const LabeledMesh& fine_;
-    double reach_; ///< the tolerance in lattice units
+    glm::dvec3 reach_; ///< of the box around a ball with the tolerance as radius, in lattice space
     VolumePreservation<Degree> preservation_;
     MeshProof<Degree> proof_;
     std::vector<std::uint8_t> stays_;
@@ -70,7 +80,8 @@ template <int Degree>
 void PreservedMeshes<Degree>::prove(LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
                                     const Progress& progress)
 {
-    for (double left = 1.0;; left *= 0.25) {
+    for (int round = 1;; ++round) {
+        const double left = std::pow(0.25, round - 1);
         mesh.vertices = fine_.vertices;
         preservation_.move(mesh, stays_, part_of(progress, 1.0 - left, 1.0 - 0.8 * left));
         std::vector<std::uint8_t> is_new = has_changed;
@@ -79,16 +90,46 @@ void PreservedMeshes<Degree>::prove(LabeledMesh& mesh, const std::vector<std::ui
                 if (const std::uint32_t vertex = mesh.faces[i][corner]; mesh.vertices[vertex] != fine_.vertices[vertex])
                     is_new[i] = 1;
         proof_.examine(mesh, is_new, is_last, part_of(progress, 1.0 - 0.8 * left, 1.0 - 0.25 * left));
-        if (!put_back(mesh))
+        if (!put_back(mesh, round >= most_single_rounds))
             return;
     }
 }
 
+/// Whether a face is turned by more than a collapse may turn it.
 template <int Degree>
-bool PreservedMeshes<Degree>::put_back(const LabeledMesh& mesh)
+bool PreservedMeshes<Degree>::is_turned(const LabeledMesh& mesh, const glm::uvec3& face) const
 {
-    std::vector<std::uint8_t> has_failed = vertices_near(mesh.vertices, proof_.uncovered(), reach_);
+    const auto normal = [&](const std::vector<glm::dvec3>& vertices) {
+        return glm::cross(vertices[face.y] - vertices[face.x], vertices[face.z] - vertices[face.x]);
+    };
+    const glm::dvec3 before = normal(fine_.vertices), after = normal(mesh.vertices);
+    return glm::dot(before, after) < least_cosine * glm::length(before) * glm::length(after);
+}
+
+template <int Degree>
+bool PreservedMeshes<Degree>::put_back(const LabeledMesh& mesh, bool with_neighbors)
+{
+    const std::vector<Box>& uncovered = proof_.uncovered();
+    Box bounds;
+    for (const Box& box : uncovered)
+        bounds.extend(box);
+    FaceOctree octree(bounds, uncovered.size(), 0.125);
+    for (std::size_t i = 0; i < uncovered.size(); ++i)
+        octree.insert(static_cast<std::uint32_t>(i), uncovered[i]);
+    std::vector<std::uint8_t> has_failed(stays_.size(), 0);
+    const auto mark = [&](const glm::uvec3& face) { has_failed[face.x] = has_failed[face.y] = has_failed[face.z] = 1; };
     proof_.mark_failed(mesh, has_failed);
+    for (const glm::uvec3& face : mesh.faces) {
+        const Box box = box_of(mesh.vertices, face), reach{box.lower - reach_, box.upper + reach_};
+        if (is_turned(mesh, face) || !octree.visit(reach, [&](std::uint32_t i) { return !uncovered[i].meets(reach); }))
+            mark(face);
+    }
+    if (with_neighbors) {
+        const std::vector<std::uint8_t> before = has_failed;
+        for (const glm::uvec3& face : mesh.faces)
+            if (before[face.x] != 0 || before[face.y] != 0 || before[face.z] != 0)
+                mark(face);
+    }
     bool is_any_moved = false;
     for (std::size_t i = 0; i < stays_.size(); ++i)
         if (has_failed[i] != 0 && mesh.vertices[i] != fine_.vertices[i])

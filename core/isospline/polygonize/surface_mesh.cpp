@@ -1,5 +1,6 @@
 #include "isospline/polygonize/surface_mesh.h"
 
+#include "isospline/brick/brick.h"
 #include "isospline/math/affine.h"
 #include "isospline/polygonize/face_crossing.h"
 #include "isospline/polygonize/lattice_field.h"
@@ -22,6 +23,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -169,6 +171,28 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
             lattice_mesh<degree>(surface, part_of_lattice * *tolerance, part_of(progress, 0.0, 0.3));
         SimplifiedMesh mesh = simplified_mesh<degree>(surface, fine, *tolerance, part_of(progress, 0.3, 0.9));
         return with_proof<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
+    });
+}
+
+MeshParts::MeshParts(std::shared_ptr<const IsosurfaceSnapshot> surface, std::size_t cells)
+    : surface_(std::move(surface)), end_(surface_->volume().cell_shape().z)
+{
+    const glm::ivec3 shape = surface_->volume().cell_shape();
+    const std::size_t of_layer = static_cast<std::size_t>(shape.x) * static_cast<std::size_t>(shape.y);
+    const std::size_t bricks = std::min(cells / (of_layer * brick_size), static_cast<std::size_t>(end_));
+    layers_ = brick_size * std::max(static_cast<int>(bricks), 1);
+}
+
+std::optional<SurfaceMesh> MeshParts::next(const Progress& progress)
+{
+    if (next_ >= end_)
+        return std::nullopt;
+    const int first = std::exchange(next_, std::min(next_ + layers_, end_));
+    const double size = end_;
+    const Progress of_part = part_of(progress, first / size, next_ / size);
+    return dispatch_degree(surface_->volume().degree(), [&](auto degree) {
+        LabeledMesh mesh = lattice_mesh_of_layers<degree>(*surface_, first, next_, part_of(of_part, 0.0, 0.9));
+        return std::optional(to_world<degree>(*surface_, std::move(mesh), {}, part_of(of_part, 0.9, 1.0)));
     });
 }
 

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -48,6 +49,21 @@ struct SurfaceMesh {
 /// few elsewhere. Throws std::invalid_argument for a tolerance that is not positive.
 SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance = std::nullopt,
                     const Progress& progress = {});
+
+/// The mesh without a tolerance in parts, which need little memory together: each is that of some layers of cells along
+/// z. Vertices that parts share are the same, bit for bit.
+class MeshParts {
+public:
+    /// Parts have layers with about this number of cells, or 8 layers if these have more.
+    MeshParts(std::shared_ptr<const IsosurfaceSnapshot> surface, std::size_t cells);
+
+    /// The next part, which may have no faces; none after the last one. The progress is that of all parts.
+    std::optional<SurfaceMesh> next(const Progress& progress = {});
+
+private:
+    std::shared_ptr<const IsosurfaceSnapshot> surface_;
+    int layers_, next_ = 0, end_; ///< cells along z
+};
 
 /// The mesh with the smallest tolerance that a search finds for at most this number of faces; the tolerance is at least
 /// 1/32 of a voxel. It has at least 85% of the faces, unless its tolerance is this one, or a tolerance that is 5%

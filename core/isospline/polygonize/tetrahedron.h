@@ -37,20 +37,25 @@ void sort_corners(Tetrahedron& tetrahedron, const Rank& rank)
 }
 
 /// Calls `visit` with the three tetrahedra of a prism whose edges lead from `lower[i]` to `upper[i]`. A
-/// four-sided face is cut along the diagonal from its smallest node, so that prisms agree on the faces they share
-/// (J. Dompierre et al., "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
-template <typename Visit>
-void for_each_part_of_prism(std::array<NodeId, 3> lower, std::array<NodeId, 3> upper, const Visit& visit)
+/// four-sided face is cut along the diagonal from its first node in the order `is_before`, so that prisms agree on the
+/// faces they share (J. Dompierre et al., "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
+template <typename IsBefore, typename Visit>
+void for_each_part_of_prism(std::array<NodeId, 3> lower, std::array<NodeId, 3> upper, const IsBefore& is_before,
+                            const Visit& visit)
 {
-    if (std::min({upper[0], upper[1], upper[2]}) < std::min({lower[0], lower[1], lower[2]})) {
+    const auto first_of = [&](NodeId a, NodeId b) { return is_before(b, a) ? b : a; };
+    const auto first_of_all = [&](const std::array<NodeId, 3>& nodes) {
+        return std::min_element(nodes.begin(), nodes.end(), is_before);
+    };
+    if (is_before(*first_of_all(upper), *first_of_all(lower))) {
         std::swap(lower, upper); // upside down; a reflection keeps the orientation
         std::swap(lower[1], lower[2]);
         std::swap(upper[1], upper[2]);
     }
-    const auto smallest = std::min_element(lower.begin(), lower.end()) - lower.begin();
-    std::rotate(lower.begin(), lower.begin() + smallest, lower.end());
-    std::rotate(upper.begin(), upper.begin() + smallest, upper.end());
-    if (std::min(lower[1], upper[2]) < std::min(lower[2], upper[1])) {
+    const auto first = first_of_all(lower) - lower.begin();
+    std::rotate(lower.begin(), lower.begin() + first, lower.end());
+    std::rotate(upper.begin(), upper.begin() + first, upper.end());
+    if (is_before(first_of(lower[1], upper[2]), first_of(lower[2], upper[1]))) {
         visit(Tetrahedron{lower[0], lower[1], lower[2], upper[2]});
         visit(Tetrahedron{lower[0], lower[1], upper[2], upper[1]});
     } else {
@@ -61,9 +66,11 @@ void for_each_part_of_prism(std::array<NodeId, 3> lower, std::array<NodeId, 3> u
 }
 
 /// Calls `visit` with the tetrahedra that a half-space keeps of one. `side(node)` is positive, zero or negative for
-/// nodes inside, on the plane or outside; `cut(inner, outer)` is the node where the plane cuts an edge.
-template <typename Side, typename Cut, typename Visit>
-void cut_tetrahedron(Tetrahedron corners, const Side& side, const Cut& cut, const Visit& visit)
+/// nodes inside, on the plane or outside; `cut(inner, outer)` is the node where the plane cuts an edge; `is_before` is
+/// an order of nodes, the same for all tetrahedra.
+template <typename Side, typename Cut, typename IsBefore, typename Visit>
+void cut_tetrahedron(Tetrahedron corners, const Side& side, const Cut& cut, const IsBefore& is_before,
+                     const Visit& visit)
 {
     sort_corners(corners, side);
     const auto [a, b, c, d] = corners;
@@ -76,12 +83,12 @@ void cut_tetrahedron(Tetrahedron corners, const Side& side, const Cut& cut, cons
     } else if (inner == 1) {
         visit(Tetrahedron{a, to_plane(b), to_plane(c), to_plane(d)});
     } else if (inner == 3) {
-        for_each_part_of_prism({a, b, c}, {cut(a, d), cut(b, d), cut(c, d)}, visit);
+        for_each_part_of_prism({a, b, c}, {cut(a, d), cut(b, d), cut(c, d)}, is_before, visit);
     } else if (side(c) < 0) {
-        for_each_part_of_prism({a, cut(a, c), cut(a, d)}, {b, cut(b, c), cut(b, d)}, visit);
+        for_each_part_of_prism({a, cut(a, c), cut(a, d)}, {b, cut(b, c), cut(b, d)}, is_before, visit);
     } else { // a pyramid above c, which is on the plane
         const NodeId of_a = cut(a, d), of_b = cut(b, d);
-        if (std::min(a, of_b) < std::min(b, of_a)) {
+        if (is_before(is_before(a, of_b) ? a : of_b, is_before(b, of_a) ? b : of_a)) {
             visit(Tetrahedron{a, c, of_a, of_b});
             visit(Tetrahedron{a, c, of_b, b});
         } else {

@@ -51,7 +51,7 @@ void TetrahedronMesher<Degree>::add_cube(const glm::ivec3& cube)
 }
 
 template <int Degree>
-void TetrahedronMesher<Degree>::add_cut_cubes(const Progress& progress)
+void TetrahedronMesher<Degree>::add_cut_cubes(const CellFilter& filter, const Progress& progress)
 {
     if (cubes_.planes().all().empty())
         return;
@@ -61,7 +61,8 @@ void TetrahedronMesher<Degree>::add_cut_cubes(const Progress& progress)
         if (i % 1024 == 0)
             report(progress, static_cast<double>(i) / static_cast<double>(bricks.size()));
         const Brick& brick = bricks[i].brick;
-        if (cubes_.kind_by_planes(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
+        if ((filter && !filter(brick.first)) ||
+            cubes_.kind_by_planes(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
             continue;
         for_each_cell_in_question(field_.surface(), bricks[i], [&](const glm::ivec3& cell, bool) {
             glm::ivec3 part;
@@ -109,8 +110,8 @@ std::uint32_t TetrahedronMesher<Degree>::crossing(NodeId a, NodeId b)
     const auto [found, is_new] = crossings_.try_emplace(edge_id(a, b), 0);
     if (!is_new)
         return found->second;
-    const Node& first = nodes_[std::min(a, b)];
-    const Node& second = nodes_[std::max(a, b)];
+    const Node& first = nodes_[is_before(a, b) ? a : b];
+    const Node& second = nodes_[is_before(a, b) ? b : a];
     if (first.is_of_lattice && second.is_of_lattice) {
         // The neighbouring cubes get it as well.
         const double steps = field_.subdivision();
@@ -197,6 +198,7 @@ void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
         for (const Tetrahedron& tetrahedron : whole_)
             cut_tetrahedron(
                 tetrahedron, side_of_node, [&](NodeId inner, NodeId outer) { return cut(half_space, inner, outer); },
+                [this](NodeId a, NodeId b) { return is_before(a, b); },
                 [&](const Tetrahedron& part) { left_.push_back(part); });
         whole_.swap(left_);
     }
@@ -229,15 +231,15 @@ MeshPart TetrahedronMesher<Degree>::march(const CellFilter& filter, const Progre
     return std::move(part_);
 }
 
-template void TetrahedronMesher<1>::add_cut_cubes(const Progress&);
+template void TetrahedronMesher<1>::add_cut_cubes(const CellFilter&, const Progress&);
 template void TetrahedronMesher<1>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<1>::add_node(const glm::dvec3&, bool);
 template MeshPart TetrahedronMesher<1>::march(const CellFilter&, const Progress&);
-template void TetrahedronMesher<2>::add_cut_cubes(const Progress&);
+template void TetrahedronMesher<2>::add_cut_cubes(const CellFilter&, const Progress&);
 template void TetrahedronMesher<2>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<2>::add_node(const glm::dvec3&, bool);
 template MeshPart TetrahedronMesher<2>::march(const CellFilter&, const Progress&);
-template void TetrahedronMesher<3>::add_cut_cubes(const Progress&);
+template void TetrahedronMesher<3>::add_cut_cubes(const CellFilter&, const Progress&);
 template void TetrahedronMesher<3>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<3>::add_node(const glm::dvec3&, bool);
 template MeshPart TetrahedronMesher<3>::march(const CellFilter&, const Progress&);

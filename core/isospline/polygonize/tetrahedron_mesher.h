@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -27,8 +28,9 @@ class TetrahedronMesher {
 public:
     TetrahedronMesher(const LatticeField<Degree>& field, SpecialCubes& cubes) : field_(field), cubes_(cubes) {}
 
-    /// Adds the cubes that planes cut and that contain surface or, if there are caps, solid.
-    void add_cut_cubes(const Progress& progress);
+    /// Adds the cubes that planes cut and that contain surface or, if there are caps, solid, in the bricks that a
+    /// filter selects by their first cells.
+    void add_cut_cubes(const CellFilter& filter, const Progress& progress);
     /// Adds the cubes that these boxes, in lattice space, meet, and halves edges until, in each tetrahedron that meets
     /// a box and may contain surface, no edge is longer than `longest_allowed` or than 1/32 of a cell.
     void refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress);
@@ -46,6 +48,12 @@ private:
         bool is_of_lattice;
     };
 
+    /// The order of nodes is that of their places, so that it does not depend on which cubes were added before.
+    bool is_before(NodeId a, NodeId b) const
+    {
+        const glm::dvec3 &first = nodes_[a].position, &second = nodes_[b].position;
+        return std::tie(first.x, first.y, first.z, a) < std::tie(second.x, second.y, second.z, b);
+    }
     static EdgeId edge_id(NodeId a, NodeId b) { return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b); }
 
     void add_cube(const glm::ivec3& cube);

@@ -302,7 +302,9 @@ class PrintReport(Result):
     self_intersections: int = _item(
         "self_intersections", "As in `MeshReport`, before cavities were filled.", option=_PROVEN
     )
-    missing_volume: float = _item("missing_volume", "As in `MeshReport`, before cavities were filled.", option=_PROVEN)
+    missing_volume: float = _item(
+        "missing_volume", "As in `MeshReport`, of all pieces, before cavities were filled.", option=_PROVEN
+    )
 
     def __str__(self) -> str:
         parts = ["closed at the border"] if self.closed_at_border else []

@@ -12,7 +12,8 @@ from ..base.parameters import check_path, printable
 from ..base.system import warn, whole_file
 from . import three_mf
 from .checks import PLY_NAMES, library_of
-from .single_precision import blurred_faces, numbers_of, offset_for, stl_header
+from .mesh_parts import write_stl_in_parts
+from .single_precision import blurred_faces, offset_for, stl_header, warn_of_stl_offset
 
 
 def to_trimesh(self):
@@ -98,7 +99,10 @@ def write_mesh(self, path, *, unit=None):
 
 def write_surface(self, path, tolerance=None, *, faces=None, for_print=False, progress=None):
     """See `Isosurface.write`."""
-    writer_of(path)
+    is_stl = writer_of(path) is _write_stl
+    if is_stl and self.volume.paging is not None and tolerance is None and faces is None and not for_print:
+        write_stl_in_parts(self, path, progress)
+        return None
     mesh, report = _mesh_of(self, tolerance, faces, for_print, progress)
     mesh.write(path, unit=three_mf.unit_for(path, self.volume))
     return report
@@ -120,11 +124,7 @@ def _checked_offset(mesh, path):
     except ValueError as error:
         raise ValueError(f"{printable(path)}: {error} keeps them") from None
     if offset.any() and writer_of(path) is _write_stl:
-        warn(
-            f"{printable(path)}: the vertices are written relative to ({', '.join(numbers_of(offset))}), which the "
-            f"header names and read_mesh adds: STL has single precision, too little so far from the origin; .ply, .obj "
-            f"and .glb keep the place"
-        )
+        warn_of_stl_offset(path, offset)
     if count := blurred_faces(mesh.vertices, mesh.faces, offset):
         warn(
             f"{printable(path)}: rounding to single precision moves corners of {count} of {len(mesh.faces)} faces by "

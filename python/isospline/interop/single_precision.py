@@ -6,6 +6,9 @@ import math
 
 import numpy as np
 
+from ..base.parameters import printable
+from ..base.system import warn
+
 #: What may be lost: edges keep this many steps of float32, except those of the share of faces with the shortest ones.
 _STEPS, _SHARE = 10, 0.01
 
@@ -35,13 +38,17 @@ def offset_for(vertices, faces):
         If a coordinate exceeds the range of float32.
     """
     corners = vertices[faces]
-    lowest, highest = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    largest = max(np.abs(lowest).max(), np.abs(highest).max())
-    if largest > _LARGEST:
-        raise ValueError(f"expected coordinates up to {_LARGEST:.3g} for single precision, got {largest:.3g}: .ply")
     edges = _shortest_edges(corners)
     edges = edges[edges > 0]
     step = np.quantile(edges, _SHARE) / _STEPS if len(edges) else math.inf
+    return offset_for_box(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)), step)
+
+
+def offset_for_box(lowest, highest, step):
+    """The same for all vertices between two corners, of which differences of `step` are to be kept."""
+    largest = max(np.abs(lowest).max(), np.abs(highest).max())
+    if largest > _LARGEST:
+        raise ValueError(f"expected coordinates up to {_LARGEST:.3g} for single precision, got {largest:.3g}: .ply")
     if _spacing(largest) <= step:
         return np.zeros(3)
     # The largest power of ten within which float32 has these steps; but one near the mesh's size for larger meshes.
@@ -69,6 +76,15 @@ def _shortest_edges(corners):
 def stl_header(offset):
     """The 80 bytes at the beginning of a binary STL file, which name the offset."""
     return (_HEADER + " ".join(numbers_of(offset)).encode()).ljust(80)
+
+
+def warn_of_stl_offset(path, offset):
+    """Warn that vertices in an STL file are relative to an offset."""
+    warn(
+        f"{printable(path)}: the vertices are written relative to ({', '.join(numbers_of(offset))}), which the "
+        f"header names and read_mesh adds: STL has single precision, too little so far from the origin; .ply, .obj "
+        f"and .glb keep the place"
+    )
 
 
 def numbers_of(offset):

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from .. import _core
 from ..base.signatures import methods_of
 from ..interop.mesh_output import surface_to_pyvista, surface_to_trimesh, write_surface
+from ..interop.mesh_parts import parts_of
 from ..interop.pyvista import class_name
 from .printing import to_print_mesh
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from ..base.results import MeshReport, PrintReport
     from ..base.types import Progress
     from .mesh import Mesh
@@ -137,7 +140,8 @@ class SurfaceMeshes(_core.Isosurface):
             - ``self_intersections``: the number of pairs of faces that meet elsewhere than at common vertices and
               edges, by exact arithmetic.
             - ``missing_volume``: the volume that the surface encloses and the mesh does not, less that which the mesh
-              alone encloses, in world units cubed. An estimate, from the height of the surface at points of the faces.
+              alone encloses, in world units cubed. An estimate, from the height of the surface at points of the faces;
+              too small where the tolerance is not small against the radius of curvature.
 
         Raises
         ------
@@ -181,6 +185,43 @@ class SurfaceMeshes(_core.Isosurface):
         (True, True)
         """
         return super().to_mesh(tolerance, faces, return_distance, return_report, progress)
+
+    def mesh_parts(self, *, cells: int = 2**22, progress: Progress = None) -> Iterator[Mesh]:
+        """The mesh without a tolerance, one part after the other, in little memory.
+
+        Each part is that of some layers of the volume along its last axis, z. For volumes of stores, in which the whole
+        mesh may be larger than memory. Together, the parts are the mesh of `to_mesh`: vertices that two of them share
+        have the same coordinates, bit for bit. Only edges shorter than 1/1000 of a voxel between two parts stay, which
+        `to_mesh` collapses. Later changes of the surface do not change the parts.
+
+        Parameters
+        ----------
+        cells : int
+            About how many cells the layers of a part have. A part has at least 8 layers. The memory that a part needs
+            grows with the number of its faces.
+        progress : callable, optional
+            Called with the finished fraction of all parts; cancels if it returns a false value other than None.
+
+        Yields
+        ------
+        Mesh
+            In the volume's world space, with faces and exact normals.
+
+        Raises
+        ------
+        ValueError
+            For fewer than one cell.
+
+        Examples
+        --------
+        >>> import isospline
+        >>> field = isospline.volumes.sphere(0.7)
+        >>> ball = isospline.Isosurface(field.volume(32), field.level)
+        >>> parts = list(ball.mesh_parts())
+        >>> sum(len(part.faces) for part in parts) == len(ball.to_mesh().faces)
+        True
+        """
+        return parts_of(self, cells, progress)
 
     def to_print_mesh(
         self, tolerance: float | None = None, *, faces: int | None = None, progress: Progress = None
@@ -303,6 +344,9 @@ class SurfaceMeshes(_core.Isosurface):
         progress: Progress = None,
     ) -> PrintReport | None:
         """Write the mesh of the surface to a file: ``surface.to_mesh(tolerance, faces=faces).write(path)``.
+
+        The STL file of a surface in a store is written in parts, those of `mesh_parts`, without a tolerance or a number
+        of faces: the mesh may be larger than memory.
 
         Parameters
         ----------

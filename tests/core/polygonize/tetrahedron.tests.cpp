@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <random>
 #include <utility>
@@ -56,7 +57,7 @@ TEST_CASE("a tetrahedron is cut into parts that fill both sides of a plane", "[p
                 return found->second;
             };
             double smallest = 1.0;
-            cut_tetrahedron(whole, side, cut, [&](const Tetrahedron& part) {
+            cut_tetrahedron(whole, side, cut, std::less<NodeId>(), [&](const Tetrahedron& part) {
                 smallest = std::min(smallest, volume_of(nodes, part));
                 total += volume_of(nodes, part);
             });

@@ -242,6 +242,7 @@ def test_render_leaves_specks_out_and_explains_how_to_turn_the_picture(tmp_path,
 
 
 def test_the_command_tells_what_stands_out(tmp_path, capsys):
+    pytest.importorskip("websockets")  # of the viewer
     z, y, x = np.mgrid[0:48, 0:48, 0:48]
     values = np.where(np.hypot(np.hypot(x - 24, (y - 20) / 2), z - 24) < 7, 200, 0)
     values[:, 40:44] = 200

@@ -255,6 +255,9 @@ class Full(io.TextIOBase):
     def flush(self):
         raise OSError(errno.ENOSPC, "No space left on device")
 
+    def close(self):
+        """Nothing: Python closes the object at the end, and would tell that it cannot be flushed."""
+
 
 @pytest.mark.parametrize(
     "arguments", [("info", "ball.npy"), ("measure", "ball.npy", "-l", "0", "--order", "2"), COMPARED], ids=" ".join

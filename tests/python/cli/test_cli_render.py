@@ -33,7 +33,8 @@ def test_render_writes_a_picture(ball, picture, capsys, options):
     assert main(["render", str(ball), "--level", "0", "--size", "48x32", "-o", str(picture), *options]) == 0
     printed = capsys.readouterr()
     assert picture.read_bytes().startswith(PNG)
-    assert printed.out.startswith(f"{picture}: Image(48 x 32, ") and printed.err == ""
+    assert printed.out.startswith(f"{picture}: Image(48 x 32, ")
+    assert re.sub("isospline: rendering takes about .*\n", "", printed.err) == ""  # on a machine that is busy
     assert leftovers(picture.parent) == ["picture.png"]
 
 

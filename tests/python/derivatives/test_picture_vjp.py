@@ -28,6 +28,11 @@ CHANGE = np.array([[0, -0.4, 0.2, 0.3], [0.4, 0, -0.3, 0.5], [-0.2, 0.3, 0, -0.7
 PLANE_CAMERA = isospline.ProjectionPlaneCamera((4, 0, 0), corner=(0, -1, 1), right=(0.2, 2, 0), down=(0, 0, -1.8))
 
 
+def turn(first, second):
+    """Positive if the second of two vectors in a picture is counter-clockwise from the first."""
+    return first[0] * second[1] - first[1] * second[0]
+
+
 def convex_outline(points):
     """The area inside of the outline of a convex solid, given its corners in a picture: Andrew's monotone chain."""
     ordered = sorted(map(tuple, points))
@@ -35,7 +40,7 @@ def convex_outline(points):
     def chain(points):
         kept = []
         for point in points:
-            while len(kept) > 1 and np.cross(np.subtract(kept[-1], kept[-2]), np.subtract(point, kept[-1])) <= 0:
+            while len(kept) > 1 and turn(np.subtract(kept[-1], kept[-2]), np.subtract(point, kept[-1])) <= 0:
                 kept.pop()
             kept.append(point)
         return kept[:-1]
