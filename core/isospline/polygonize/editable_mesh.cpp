@@ -90,6 +90,33 @@ void EditableMesh::find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& n
         }
 }
 
+/// Whether a collapse, after find_neighbors() of both ends, makes an edge of the isosurface between vertices at one
+/// cap.
+bool EditableMesh::makes_chord(std::uint32_t to, Workspace& workspace)
+{
+    const auto is_on_cap = [&](std::uint32_t face) { return labels_[face] != on_isosurface; };
+    std::vector<FaceLabel>& caps = workspace.caps;
+    caps.clear();
+    for (const std::uint32_t face : faces_of(to, workspace))
+        if (is_on_cap(face))
+            caps.push_back(labels_[face]);
+    if (caps.empty())
+        return false;
+    for (const Neighbor& neighbor : workspace.around_from) {
+        const bool is_known = neighbor.vertex == to ||
+                              std::any_of(workspace.around_to.begin(), workspace.around_to.end(),
+                                          [&](const Neighbor& other) { return other.vertex == neighbor.vertex; });
+        if (is_known || neighbor.is_line || neighbor.label != on_isosurface)
+            continue;
+        const auto faces = faces_of(neighbor.vertex, workspace);
+        if (std::any_of(faces.begin(), faces.end(), [&](std::uint32_t face) {
+                return std::find(caps.begin(), caps.end(), labels_[face]) != caps.end();
+            }))
+            return true;
+    }
+    return false;
+}
+
 bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to, Workspace& workspace)
 {
     std::vector<Neighbor>&around_from = workspace.around_from, &around_to = workspace.around_to;
@@ -122,7 +149,7 @@ bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to, Workspace&
         return false;
     if (edge->face_count == 2 && std::any_of(around_from.begin(), around_from.end(), is_border))
         return false;
-    return common == edge->face_count;
+    return common == edge->face_count && !makes_chord(to, workspace);
 }
 
 void EditableMesh::collapse(std::uint32_t from, std::uint32_t to)

@@ -16,7 +16,8 @@ namespace isospline {
 
 /// Faces and labels of a manifold mesh. It remains a manifold: only collapses that do not change its topology are
 /// allowed (the link condition of H. Hoppe et al., "Mesh optimization", SIGGRAPH 1993). Borders, and lines where labels
-/// change, are kept: their vertices only move along them, and do not move if more than two such lines meet.
+/// change, are kept: their vertices only move along them, and do not move if more than two such lines meet. No edge of
+/// the isosurface connects vertices of one seam across it: it would be in the plane of the cap.
 ///
 /// Threads may work on it at the same time, each with a workspace of its own, if none changes a face that has a vertex
 /// in common with what another one reads or changes.
@@ -32,6 +33,7 @@ public:
     struct Workspace {
         std::vector<std::uint32_t> faces;
         std::vector<Neighbor> around_from, around_to;
+        std::vector<FaceLabel> caps;
     };
 
     EditableMesh(std::size_t vertex_count, std::vector<glm::uvec3> faces, std::vector<FaceLabel> labels);
@@ -50,6 +52,7 @@ public:
 
 private:
     void find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& neighbors, Workspace& workspace);
+    bool makes_chord(std::uint32_t to, Workspace& workspace);
 
     std::vector<glm::uvec3> faces_;
     std::vector<FaceLabel> labels_;

@@ -48,11 +48,15 @@ private:
         bool is_of_lattice;
     };
 
-    /// The order of nodes is that of their places, so that it does not depend on which cubes were added before.
+    /// Nodes of the lattice come first. Then, the order is that of places, so that it does not depend on which cubes
+    /// were added before.
     bool is_before(NodeId a, NodeId b) const
     {
-        const glm::dvec3 &first = nodes_[a].position, &second = nodes_[b].position;
-        return std::tie(first.x, first.y, first.z, a) < std::tie(second.x, second.y, second.z, b);
+        const Node &first = nodes_[a], &second = nodes_[b];
+        if (first.is_of_lattice != second.is_of_lattice)
+            return first.is_of_lattice;
+        const glm::dvec3 &at_first = first.position, &at_second = second.position;
+        return std::tie(at_first.x, at_first.y, at_first.z, a) < std::tie(at_second.x, at_second.y, at_second.z, b);
     }
     static EdgeId edge_id(NodeId a, NodeId b) { return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b); }
 

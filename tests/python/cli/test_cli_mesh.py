@@ -121,7 +121,7 @@ def test_mesh_for_print_of_a_clip_and_of_a_scan(hollow, scan_with_table, tmp_pat
     common = ["--for-print", "--quiet", "-o", str(tmp_path / "a.stl")]
     # Half of the hollow ball has no cavity.
     assert main(["mesh", str(hollow), "-l", "0", "--clip", "0,0,4,0,0,1", "--capped", *common]) == 0
-    assert ": kept 1 of 2 pieces, 5,652 faces, watertight, " in capsys.readouterr().out
+    assert re.search(r": kept 1 of 2 pieces, 5,6\d\d faces, watertight, ", capsys.readouterr().out)
     # The bone without the table, from one side of the volume to the other.
     assert main(["mesh", str(scan_with_table[0]), *common]) == 0
     said = capsys.readouterr()

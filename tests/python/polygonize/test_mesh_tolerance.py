@@ -181,6 +181,20 @@ def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
     assert report["self_intersections"] == count_crossings(mesh)
 
 
+@pytest.mark.parametrize("seed, degree", [(45, 2), (63, 3), (71, 2), (74, 3), (88, 3)])
+def test_faces_do_not_cross_caps(seed, degree):
+    # Simplification could connect two vertices of a seam by an edge under the cap.
+    spacing = np.array([0.7, 0.9, 1.4])
+    rng = np.random.default_rng(seed)
+    data = ndimage.gaussian_filter(rng.random((12, 12, 12)), 1.0)
+    data = (data - data.min()) / np.ptp(data)
+    clip = isospline.HalfSpace(5.5 * spacing, rng.normal(size=3))
+    surface = isospline.Isosurface(isospline.Volume(data, degree=degree, spacing=spacing), 0.5, clip=clip, capped=True)
+    mesh, report = meshed(surface, 0.5)
+    assert report["self_intersections"] == 0
+    assert count_crossings(mesh) == 0
+
+
 # Near the border, where the padding makes the surface steep, fewer faces go.
 @pytest.mark.slow
 @pytest.mark.parametrize(
