@@ -65,4 +65,15 @@ FaceOctree octree_of(const LabeledMesh& mesh)
     return octree;
 }
 
+FaceOctree octree_of(const std::vector<Box>& boxes, double least_edge)
+{
+    Box bounds;
+    for (const Box& box : boxes)
+        bounds.extend(box);
+    FaceOctree octree(bounds, boxes.size(), least_edge);
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        octree.insert(static_cast<std::uint32_t>(i), boxes[i]);
+    return octree;
+}
+
 } // namespace isospline

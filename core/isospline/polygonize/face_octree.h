@@ -71,5 +71,7 @@ private:
 
 /// The octree of the faces of a mesh.
 FaceOctree octree_of(const LabeledMesh& mesh);
+/// The octree of boxes.
+FaceOctree octree_of(const std::vector<Box>& boxes, double least_edge);
 
 } // namespace isospline

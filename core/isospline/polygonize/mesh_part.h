@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 namespace isospline {
@@ -33,6 +34,12 @@ struct LabeledMesh {
     std::vector<glm::uvec3> faces;
     std::vector<FaceLabel> labels; ///< one per face
 };
+
+/// An order of faces: by the numbers of their first, second and third corners.
+inline bool is_face_before(const glm::uvec3& a, const glm::uvec3& b)
+{
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
 
 /// The box around a face with these vertices.
 inline Box box_of(const std::vector<glm::dvec3>& vertices, const glm::uvec3& face)

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <tuple>
 #include <unordered_set>
 #include <utility>
 
@@ -16,7 +15,7 @@ namespace isospline {
 template <int Degree>
 bool MeshProof<Degree>::is_before(const ProvenFace& a, const ProvenFace& b)
 {
-    return std::tie(a.face.x, a.face.y, a.face.z) < std::tie(b.face.x, b.face.y, b.face.z);
+    return is_face_before(a.face, b.face);
 }
 
 template <int Degree>

@@ -127,13 +127,9 @@ void TetrahedronMesher<Degree>::split(const Tetrahedron& corners, const Nodes& m
 template <int Degree>
 void TetrahedronMesher<Degree>::refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress)
 {
-    Box bounds;
-    for (const Box& box : boxes)
-        bounds.extend(box);
-    FaceOctree near(bounds, boxes.size(), shortest_edge);
+    const FaceOctree near = octree_of(boxes, shortest_edge);
     const double steps = field_.subdivision();
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-        near.insert(static_cast<std::uint32_t>(i), boxes[i]);
         const glm::ivec3 most = field_.nodes() - 2;
         const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(steps * boxes[i].lower)), glm::ivec3(0), most);
         const glm::ivec3 last = glm::clamp(glm::ivec3(glm::ceil(steps * boxes[i].upper)) - 1, first, most);

@@ -29,12 +29,7 @@ constexpr double usual_spacing = 0.5;
 std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices, const std::vector<Box>& boxes,
                                         double margin)
 {
-    Box bounds;
-    for (const Box& box : boxes)
-        bounds.extend(box);
-    FaceOctree octree(bounds, boxes.size(), 0.25 * margin);
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), boxes[i]);
+    const FaceOctree octree = octree_of(boxes, 0.25 * margin);
     std::vector<std::uint8_t> found(vertices.size());
     parallel_for(found.size(), 16384, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)

@@ -23,9 +23,11 @@ constexpr double part_of_faces = 0.9, part_of_vertices = 0.8;
 /// How often a mesh is simplified, at most.
 constexpr int most_attempts = 5;
 /// After this number of proofs, neighbours of vertices that are put back are put back, too.
-constexpr int most_single_rounds = 3;
+constexpr int most_single_rounds = 8;
 /// The cosine of the largest angle by which a face is turned when its vertices move.
 constexpr double least_cosine = 0.5;
+/// Faces with less area for their size have no reliable normal.
+constexpr double least_shape = 0.02;
 
 /// Moves the vertices of simplified meshes so that they keep the volume, and proves the result. Where the proof fails,
 /// vertices stay on the surface.
@@ -102,20 +104,17 @@ bool PreservedMeshes<Degree>::is_turned(const LabeledMesh& mesh, const glm::uvec
     const auto normal = [&](const std::vector<glm::dvec3>& vertices) {
         return glm::cross(vertices[face.y] - vertices[face.x], vertices[face.z] - vertices[face.x]);
     };
-    const glm::dvec3 before = normal(fine_.vertices), after = normal(mesh.vertices);
-    return glm::dot(before, after) < least_cosine * glm::length(before) * glm::length(after);
+    const glm::dvec3 before = normal(fine_.vertices), after = normal(mesh.vertices),
+                     size = box_of(fine_.vertices, face).size();
+    return glm::length(before) > least_shape * glm::dot(size, size) &&
+           glm::dot(before, after) < least_cosine * glm::length(before) * glm::length(after);
 }
 
 template <int Degree>
 bool PreservedMeshes<Degree>::put_back(const LabeledMesh& mesh, bool with_neighbors)
 {
     const std::vector<Box>& uncovered = proof_.uncovered();
-    Box bounds;
-    for (const Box& box : uncovered)
-        bounds.extend(box);
-    FaceOctree octree(bounds, uncovered.size(), 0.125);
-    for (std::size_t i = 0; i < uncovered.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), uncovered[i]);
+    const FaceOctree octree = octree_of(uncovered, 0.125);
     std::vector<std::uint8_t> has_failed(stays_.size(), 0);
     const auto mark = [&](const glm::uvec3& face) { has_failed[face.x] = has_failed[face.y] = has_failed[face.z] = 1; };
     proof_.mark_failed(mesh, has_failed);

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <tuple>
+#include <numeric>
 #include <utility>
 
 namespace isospline {
@@ -118,31 +118,13 @@ typename VolumePreservation<Degree>::Between VolumePreservation<Degree>::between
     return {sum / (3.0 * count * count) * size, area};
 }
 
+/// The volumes at all faces of a mesh whose vertices have these numbers. Faces that were measured before, and are where
+/// they were, are not measured again.
 template <int Degree>
 std::vector<typename VolumePreservation<Degree>::Between>
-VolumePreservation<Degree>::between(const LabeledMesh& mesh, const Progress& progress) const
-{
-    std::vector<Between> found(mesh.faces.size());
-    parallel_for(
-        mesh.faces.size(), 1024,
-        [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                if (mesh.labels[i] == on_isosurface)
-                    found[i] = between(corners_of(mesh, i));
-        },
-        progress);
-    return found;
-}
-
-/// The same for a mesh whose vertices have these numbers; faces that were measured before are not measured again.
-template <int Degree>
-std::vector<typename VolumePreservation<Degree>::Between>
-VolumePreservation<Degree>::between(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
+VolumePreservation<Degree>::measure(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
                                     std::vector<Measured>& before, const Progress& progress) const
 {
-    const auto is_before = [](const glm::uvec3& a, const glm::uvec3& b) {
-        return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-    };
     std::vector<Measured> measured(mesh.faces.size());
     parallel_for(
         mesh.faces.size(), 1024,
@@ -155,7 +137,7 @@ VolumePreservation<Degree>::between(const LabeledMesh& mesh, const std::vector<s
                     continue;
                 const auto known = std::lower_bound(
                     before.begin(), before.end(), of_face.face,
-                    [&](const Measured& other, const glm::uvec3& wanted) { return is_before(other.face, wanted); });
+                    [](const Measured& other, const glm::uvec3& wanted) { return is_face_before(other.face, wanted); });
                 const bool is_known =
                     known != before.end() && known->face == of_face.face && known->corners == of_face.corners;
                 of_face.between = is_known ? known->between : between(of_face.corners);
@@ -165,7 +147,7 @@ VolumePreservation<Degree>::between(const LabeledMesh& mesh, const std::vector<s
     std::vector<Between> found(measured.size());
     std::transform(measured.begin(), measured.end(), found.begin(), [](const Measured& of) { return of.between; });
     std::sort(measured.begin(), measured.end(),
-              [&](const Measured& a, const Measured& b) { return is_before(a.face, b.face); });
+              [](const Measured& a, const Measured& b) { return is_face_before(a.face, b.face); });
     before = std::move(measured);
     return found;
 }
@@ -183,7 +165,7 @@ void VolumePreservation<Degree>::move(LabeledMesh& mesh, const std::vector<std::
     };
     for (int step = 0; step < step_count; ++step) {
         const std::vector<Between> of_faces =
-            between(used, numbers, before_[static_cast<std::size_t>(step)],
+            measure(used, numbers, before_[static_cast<std::size_t>(step)],
                     part_of(progress, static_cast<double>(step) / step_count, (step + 1.0) / step_count));
         std::vector<Around> around(numbers.size());
         for (std::size_t i = 0; i < used.faces.size(); ++i)
@@ -211,10 +193,16 @@ void VolumePreservation<Degree>::move(LabeledMesh& mesh, const std::vector<std::
 template <int Degree>
 double VolumePreservation<Degree>::missing_volume(const LabeledMesh& mesh, const Progress& progress) const
 {
-    double sum = 0.0;
-    for (const Between& of_face : between(mesh, progress))
-        sum += of_face.volume;
-    return sum;
+    std::vector<double> volumes(mesh.faces.size(), 0.0);
+    parallel_for(
+        mesh.faces.size(), 1024,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                if (mesh.labels[i] == on_isosurface)
+                    volumes[i] = between(corners_of(mesh, i)).volume;
+        },
+        progress);
+    return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
 template class VolumePreservation<1>;

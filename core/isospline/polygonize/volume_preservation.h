@@ -48,8 +48,7 @@ private:
     };
     static constexpr int step_count = 2;
 
-    std::vector<Between> between(const LabeledMesh& mesh, const Progress& progress) const;
-    std::vector<Between> between(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
+    std::vector<Between> measure(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
                                  std::vector<Measured>& before, const Progress& progress) const;
     double height(const glm::dvec3& at, const glm::dvec3& outward) const;
     Between between(const Corners& corners) const;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..interop.mesh_output import MESHES
+from ..interop.mesh_parts import is_written_in_parts, write_stl_in_parts
 from ..interop.three_mf import unit_for
 from ..picture.sequences import check_folder
 from .write import writing
@@ -46,6 +47,9 @@ def write_mesh(surface, arguments, progress):
     if arguments.for_print:
         made, report = surface.to_print_mesh(arguments.tolerance, faces=arguments.faces, progress=progress)
         said, distance = str(report), report.get("distance")
+    elif is_written_in_parts(surface, arguments.output, arguments.tolerance, arguments.faces):
+        with writing():
+            return f"{write_stl_in_parts(surface, arguments.output, progress):,} faces, written in parts"
     elif arguments.tolerance is None and arguments.faces is None:
         made, distance = surface.to_mesh(progress=progress), None
         said = repr(made)

@@ -12,8 +12,8 @@ from ..base.parameters import check_path, printable
 from ..base.system import warn, whole_file
 from . import three_mf
 from .checks import PLY_NAMES, library_of
-from .mesh_parts import write_stl_in_parts
-from .single_precision import blurred_faces, offset_for, stl_header, warn_of_stl_offset
+from .mesh_parts import is_written_in_parts, write_stl_in_parts
+from .single_precision import STL_HEADER_SIZE, blurred_faces, offset_for, stl_header, warn_of_stl_offset
 
 
 def to_trimesh(self):
@@ -99,8 +99,8 @@ def write_mesh(self, path, *, unit=None):
 
 def write_surface(self, path, tolerance=None, *, faces=None, for_print=False, progress=None):
     """See `Isosurface.write`."""
-    is_stl = writer_of(path) is _write_stl
-    if is_stl and self.volume.paging is not None and tolerance is None and faces is None and not for_print:
+    writer_of(path)
+    if not for_print and is_written_in_parts(self, path, tolerance, faces):
         write_stl_in_parts(self, path, progress)
         return None
     mesh, report = _mesh_of(self, tolerance, faces, for_print, progress)
@@ -136,7 +136,7 @@ def _checked_offset(mesh, path):
 def _write_stl(mesh, path, offset):
     content = _trimesh_from(mesh, offset).export(file_type="stl")
     with open(path, "wb") as file:
-        file.write(stl_header(offset) + content[80:] if offset.any() else content)
+        file.write(stl_header(offset) + content[STL_HEADER_SIZE:] if offset.any() else content)
 
 
 def _write_glb(mesh, path, offset):

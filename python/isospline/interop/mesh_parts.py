@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from .. import _core
 from ..base.parameters import printable
 from ..base.progress import as_callable
 from ..base.system import whole_file
-from .single_precision import offset_for_box, stl_header, warn_of_stl_offset
+from .single_precision import STL_HEADER_SIZE, offset_for_box, stl_header, warn_of_stl_offset
 
 if TYPE_CHECKING:
     from ..scene.mesh import Mesh
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 #: A triangle in a binary STL file.
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _MOST_TRIANGLES = 2**32 - 1
-_HEADER_SIZE = 80
 
 
 def parts_of(surface: Any, cells: int, progress: Any) -> Iterator[Mesh]:
@@ -40,8 +40,14 @@ def _nonempty(parts: _core.MeshParts, report: Callable[[float], object] | None) 
             yield part
 
 
+def is_written_in_parts(surface, path, tolerance=None, faces=None):
+    """Whether the mesh of a surface is written to a file part by part: without a tolerance, of a store, as STL."""
+    is_stl = os.path.splitext(os.fspath(path))[1].lower() == ".stl"
+    return is_stl and tolerance is None and faces is None and surface.volume.paging is not None
+
+
 def write_stl_in_parts(surface, path, progress=None):
-    """Write the mesh of a surface without a tolerance, part by part."""
+    """Write the mesh of a surface without a tolerance, part by part; returns the number of triangles."""
     volume = surface.volume
     try:
         lowest, highest = volume.bounds
@@ -50,7 +56,7 @@ def write_stl_in_parts(surface, path, progress=None):
         raise ValueError(f"{printable(path)}: {error} keeps them") from None
     count = 0
     with whole_file(path) as temporary, open(temporary, "wb") as file:
-        file.write(stl_header(offset) if offset.any() else b"isospline".ljust(_HEADER_SIZE))
+        file.write(stl_header(offset) if offset.any() else b"isospline".ljust(STL_HEADER_SIZE))
         file.write(bytes(4))  # the number of triangles, once it is known
         for part in surface.mesh_parts(progress=progress):
             count += len(part.faces)
@@ -59,10 +65,11 @@ def write_stl_in_parts(surface, path, progress=None):
             file.write(_triangles_of(part, offset).tobytes())
         if count == 0:
             raise ValueError(f"{printable(path)}: expected a mesh with faces, got none")
-        file.seek(_HEADER_SIZE)
+        file.seek(STL_HEADER_SIZE)
         file.write(np.uint32(count).astype("<u4").tobytes())
     if offset.any():
         warn_of_stl_offset(path, offset)
+    return count
 
 
 def _triangles_of(mesh, offset):

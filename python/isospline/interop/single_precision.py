@@ -14,6 +14,8 @@ _STEPS, _SHARE = 10, 0.01
 
 _LARGEST = float(np.finfo(np.float32).max)
 
+#: Of binary STL files.
+STL_HEADER_SIZE = 80
 # The beginning of the header of STL files with an offset.
 _HEADER = b"offset "
 
@@ -75,7 +77,7 @@ def _shortest_edges(corners):
 
 def stl_header(offset):
     """The 80 bytes at the beginning of a binary STL file, which name the offset."""
-    return (_HEADER + " ".join(numbers_of(offset)).encode()).ljust(80)
+    return (_HEADER + " ".join(numbers_of(offset)).encode()).ljust(STL_HEADER_SIZE)
 
 
 def warn_of_stl_offset(path, offset):

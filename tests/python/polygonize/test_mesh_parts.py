@@ -1,11 +1,13 @@
 """Meshes in parts: together they are the mesh of `to_mesh`."""
 
+import re
 import warnings
 
 import numpy as np
 import pytest
 
 import isospline
+from isospline.cli.main import main
 
 trimesh = pytest.importorskip("trimesh")
 ndimage = pytest.importorskip("scipy.ndimage")
@@ -150,3 +152,17 @@ def test_no_file_is_left_of_a_cancelled_or_empty_mesh(stored, tmp_path):
     with pytest.raises(ValueError, match="a.stl: expected a mesh with faces, got none"):
         surface.write(tmp_path / "a.stl")
     assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
+
+
+def test_the_command_writes_parts_of_stores(stored, tmp_path, capsys):
+    data = ndimage.gaussian_filter(np.random.default_rng(1).normal(size=(30, 24, 28)), 2.0)
+    surface = isospline.Isosurface(stored(data), 0.01)
+    path = tmp_path / "a.stl"
+    assert main(["mesh", str(tmp_path / "a.zarr"), "-l", "0.01", "-o", str(path), "--quiet"]) == 0
+    assert re.search(rf"a\.stl: {len(surface.to_mesh().faces):,} faces, written in parts", capsys.readouterr().out)
+    assert same_triangles(isospline.read_mesh(path), isospline.read_mesh(written(surface, tmp_path / "b.stl")))
+
+
+def written(surface, path):
+    surface.write(path)
+    return path
