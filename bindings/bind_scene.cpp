@@ -67,7 +67,8 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
         const auto kind = given.arrange(*snapshot, &SeenBy::camera, coherent, part_of(report, 0.05, 0.1));
         given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts, contact);
-            std::array<Hit, RayPacket::capacity> hits;
+            std::vector<Hit> hits(caster.batch_size() * RayPacket::capacity);
+            std::array<LaneMask, RayCaster::largest_batch> hit_lanes;
             HitArrays::LastObject last;
             std::array<double, ray_chunk_size> t_hits;
             std::array<std::uint32_t, ray_chunk_size> geometry_ids;
@@ -75,24 +76,33 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
                 t_hits.fill(0.0);
                 geometry_ids.fill(invalid_id);
             }
-            given.for_each_packet(
-                begin, end, caster.width(), [&](const RayPacket& packet, std::size_t first, const auto& places) {
-                    const LaneMask hit_lanes = caster.cast(packet, first, hits);
-                    arrays.set(places, static_cast<std::size_t>(packet.count), hit_lanes, hits);
-                    if (arrays.outputs.derivatives())
-                        arrays.set_derivatives(
-                            places, static_cast<std::size_t>(packet.count), hit_lanes, hits,
-                            [&](std::size_t lane) {
-                                const auto& along = packet.direction;
-                                return glm::dvec3(along[0][lane], along[1][lane], along[2][lane]);
-                            },
-                            [&](std::uint32_t id) -> const SnapshotObject& { return snapshot->object(id); }, last);
-                    for (std::size_t i = 0; certify && i < static_cast<std::size_t>(packet.count); ++i) {
-                        const bool is_hit = (hit_lanes >> i & 1u) != 0;
-                        t_hits[first - begin + i] = is_hit ? hits[i].t : std::numeric_limits<double>::infinity();
-                        geometry_ids[first - begin + i] = hits[i].geometry_id;
-                    }
-                });
+            const auto keep = [&](const RayPacket& packet, std::size_t first, const auto& places, LaneMask of_packet,
+                                  std::span<const Hit> packet_hits) {
+                const auto count = static_cast<std::size_t>(packet.count);
+                arrays.set(places, count, of_packet, packet_hits);
+                if (arrays.outputs.derivatives())
+                    arrays.set_derivatives(
+                        places, count, of_packet, packet_hits,
+                        [&](std::size_t lane) {
+                            const auto& along = packet.direction;
+                            return glm::dvec3(along[0][lane], along[1][lane], along[2][lane]);
+                        },
+                        [&](std::uint32_t id) -> const SnapshotObject& { return snapshot->object(id); }, last);
+                for (std::size_t i = 0; certify && i < count; ++i) {
+                    const bool is_hit = (of_packet >> i & 1u) != 0;
+                    t_hits[first - begin + i] = is_hit ? packet_hits[i].t : std::numeric_limits<double>::infinity();
+                    geometry_ids[first - begin + i] = packet_hits[i].geometry_id;
+                }
+            };
+            given.for_each_batch(begin, end, caster.width(), caster.batch_size(),
+                                 [&](std::span<const RayPacket> packets, std::size_t first, const auto& places) {
+                                     caster.cast(packets, first, hits, hit_lanes);
+                                     for (std::size_t i = 0; i < packets.size(); ++i) {
+                                         keep(packets[i], first, places[i], hit_lanes[i],
+                                              std::span(hits).subspan(i * RayPacket::capacity, RayPacket::capacity));
+                                         first += static_cast<std::size_t>(packets[i].count);
+                                     }
+                                 });
             if (!certify)
                 return;
             // After all rays of the chunk were cast, so that the code of one of both stays in the cache.
@@ -134,12 +144,15 @@ py::array test_occlusions(Scene& scene, const py::object& rays, const py::object
         const auto kind = given.arrange(*snapshot, &SeenBy::shadow, coherent, part_of(report, 0.05, 0.1));
         given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind);
-            given.for_each_packet(begin, end, caster.width(),
-                                  [&](const RayPacket& packet, std::size_t first, const auto& places) {
-                                      const LaneMask occluded = caster.test_occlusions(packet, first);
-                                      for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i)
-                                          flags[places[i]] = (occluded >> i & 1u) != 0;
-                                  });
+            std::array<LaneMask, RayCaster::largest_batch> occluded;
+            given.for_each_batch(begin, end, caster.width(), caster.batch_size(),
+                                 [&](std::span<const RayPacket> packets, std::size_t first, const auto& places) {
+                                     caster.test_occlusions(packets, first, occluded);
+                                     for (std::size_t i = 0; i < packets.size(); ++i)
+                                         for (std::size_t lane = 0; lane < static_cast<std::size_t>(packets[i].count);
+                                              ++lane)
+                                             flags[places[i][lane]] = (occluded[i] >> lane & 1u) != 0;
+                                 });
         });
     });
     return result;

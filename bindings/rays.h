@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -171,21 +172,48 @@ struct GivenRays {
         }
     }
 
-    /// Calls `body(packet, begin, places)` for the rays of a chunk in packets of up to `width`. `places` are places in
-    /// the array, `begin` is a position in the order.
+    /// Rays of the order in packets, and their places in the array.
+    struct Batch {
+        Batch(std::size_t size, double t_near, double t_far) : packets(size), places(size)
+        {
+            for (RayPacket& packet : packets) {
+                std::fill_n(packet.t_near, RayPacket::capacity, t_near);
+                std::fill_n(packet.t_far, RayPacket::capacity, t_far);
+            }
+        }
+        std::vector<RayPacket> packets;
+        std::vector<std::array<std::size_t, RayPacket::capacity>> places;
+    };
+
+    /// Calls `body(packets, begin, places)` for the rays of a chunk, in batches of up to `size` packets of up to
+    /// `width` rays. `places` are places in the array, `begin` is a position in the order.
+    template <typename Body>
+    void for_each_batch(std::size_t begin, std::size_t end, int width, std::size_t size, const Body& body) const
+    {
+        const auto of_packet = static_cast<std::size_t>(width);
+        Batch batch(std::min(size, (end - begin + of_packet - 1) / of_packet), t_near, t_far);
+        while (begin < end) {
+            const std::size_t first = begin;
+            std::size_t count = 0;
+            for (; count < batch.packets.size() && begin < end; ++count) {
+                RayPacket& packet = batch.packets[count];
+                packet.count = static_cast<int>(std::min(of_packet, end - begin));
+                order.set_places(begin, packet.count, batch.places[count]);
+                rows.visit([&](const auto* numbers) { load(numbers, batch.places[count], packet); });
+                begin += static_cast<std::size_t>(packet.count);
+            }
+            body(std::span<const RayPacket>(batch.packets.data(), count), first, std::as_const(batch.places));
+        }
+    }
+
+    /// Calls `body(packet, begin, places)` for packets of up to `width` rays.
     template <typename Body>
     void for_each_packet(std::size_t begin, std::size_t end, int width, const Body& body) const
     {
-        RayPacket packet;
-        std::fill_n(packet.t_near, RayPacket::capacity, t_near);
-        std::fill_n(packet.t_far, RayPacket::capacity, t_far);
-        std::array<std::size_t, RayPacket::capacity> places;
-        for (; begin < end; begin += static_cast<std::size_t>(packet.count)) {
-            packet.count = static_cast<int>(std::min(static_cast<std::size_t>(width), end - begin));
-            order.set_places(begin, packet.count, places);
-            rows.visit([&](const auto* numbers) { load(numbers, places, packet); });
-            body(std::as_const(packet), begin, std::as_const(places));
-        }
+        for_each_batch(begin, end, width, 1,
+                       [&](std::span<const RayPacket> packets, std::size_t first, const auto& places) {
+                           body(packets.front(), first, places.front());
+                       });
     }
 
     RowArray rows;

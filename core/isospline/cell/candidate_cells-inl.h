@@ -49,8 +49,8 @@ HWY_INLINE void copy_to_lanes(const CoefficientView& cell, int degree, const glm
     }
 }
 
-HWY_NOINLINE void add_another(const CoefficientView& cell, int degree, const glm::ivec3& lower, LaneMask added,
-                              CandidateCells& cells)
+inline HWY_NOINLINE void add_another(const CoefficientView& cell, int degree, const glm::ivec3& lower, LaneMask added,
+                                     CandidateCells& cells)
 {
     if (!cells.are_copied)
         copy_to_lanes(cells.only, degree, cells.lower_of_only, cells.lanes, cells);

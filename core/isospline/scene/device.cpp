@@ -94,8 +94,13 @@ Device& Device::shared()
 
 Device::Device() : device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
 {
-    if (!device_)
-        throw std::runtime_error("Embree cannot create a device: error " + std::to_string(rtcGetDeviceError(nullptr)));
+    if (!device_) {
+        const RTCError error = rtcGetDeviceError(nullptr);
+        throw std::runtime_error("Embree cannot create a device: " +
+                                 (error == RTC_ERROR_UNSUPPORTED_CPU
+                                      ? std::string("the processor does not have the instructions that it asks for")
+                                      : "error " + std::to_string(error)));
+    }
     packet_size_ = embree::native_packet_size(device_.get());
     rtcSetDeviceErrorFunction(device_.get(), keep_error, nullptr);
     rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, nullptr);
@@ -103,17 +108,35 @@ Device::Device() : device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
 
 void Device::commit(RTCScene scene, const Progress& progress) const
 {
+    run(progress, [scene](void* monitor) {
+        if (monitor != nullptr)
+            rtcSetSceneProgressMonitorFunction(scene, Monitor::report, monitor);
+        rtcCommitScene(scene);
+        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+    });
+}
+
+void* Device::build(RTCBuildArguments arguments, const Progress& progress) const
+{
+    void* root = nullptr;
+    run(progress, [&](void* monitor) {
+        arguments.buildProgress = monitor != nullptr ? Monitor::report : nullptr;
+        arguments.userPtr = monitor;
+        root = rtcBuildBVH(&arguments);
+    });
+    return root;
+}
+
+void Device::run(const Progress& progress, const std::function<void(void* monitor)>& work) const
+{
     check();
     Monitor monitor{progress, {}, {}, false};
-    if (progress)
-        rtcSetSceneProgressMonitorFunction(scene, Monitor::report, &monitor);
     const auto count_for_caller = [count = current_count](const std::function<void()>& help) {
         const auto before = std::exchange(current_count, count);
         help();
         current_count = before;
     };
-    run_tbb_tasks([scene] { rtcCommitScene(scene); }, count_for_caller);
-    rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+    run_tbb_tasks([&] { work(progress ? &monitor : nullptr); }, count_for_caller);
 
     if (monitor.cancelled) {
         current_error.code = RTC_ERROR_NONE;

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <memory>
 
 namespace isospline {
@@ -44,6 +45,9 @@ public:
     /// std::runtime_error in a process that was forked while another thread was building.
     void commit(RTCScene scene, const Progress& progress = {}) const;
 
+    /// Builds a tree and returns its root. Sets `buildProgress` and `userPtr`. Throws like commit().
+    void* build(RTCBuildArguments arguments, const Progress& progress = {}) const;
+
     /// Clears the errors that Embree has reported on this thread, so that an old error is not taken for a new one.
     void forget_errors() const;
 
@@ -53,6 +57,10 @@ public:
 
 private:
     Device();
+
+    /// Calls `work(monitor)` on this thread and those that help it. `monitor` is for Embree's progress reports, or
+    /// null.
+    void run(const Progress& progress, const std::function<void(void* monitor)>& work) const;
 
     embree::DeviceHandle device_;
     int packet_size_ = 4;

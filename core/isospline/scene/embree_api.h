@@ -16,12 +16,14 @@ struct Release {
     void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
     void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
     void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+    void operator()(RTCBVH bvh) const { rtcReleaseBVH(bvh); }
 };
 
 /// Owners of Embree's reference-counted objects.
 using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release>;
 using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release>;
 using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Release>;
+using BvhHandle = std::unique_ptr<std::remove_pointer_t<RTCBVH>, Release>;
 
 #if ISOSPLINE_EMBREE_VERSION_MAJOR >= 4
 

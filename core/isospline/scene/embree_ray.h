@@ -28,6 +28,12 @@ inline float rounded_down(double t)
     return std::bit_cast<float>(bits - (bits != 0u));
 }
 
+/// The next smaller number in single precision.
+inline float next_below(double value)
+{
+    return std::nextafter(static_cast<float>(value), -std::numeric_limits<float>::infinity());
+}
+
 /// A component of a unit direction. Embree replaces smaller components by +1e-18, even negative ones. Packets whose
 /// rays then seem to go the opposite way would miss objects.
 inline float direction_single(double component)

@@ -1,7 +1,9 @@
 #include "isospline/scene/isosurface_object.h"
 
+#include "isospline/cell/packet_clip.h"
 #include "isospline/math/affine.h"
 #include "isospline/query/reach.h"
+#include "isospline/scene/leaf_tree_builder.h"
 #include "isospline/scene/packet_occlusion.h"
 #include "isospline/scene/user_geometry.h"
 #include "isospline/trace/surface_hit.h"
@@ -65,12 +67,15 @@ embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, con
     else
         boxes_ = shell_boxes(surface_->bricks());
     caps_ = cap_boxes(*surface_);
+    if (leaves_ && leaves_->size() != 0 && caps_.boxes.empty())
+        tree_ = build_leaf_tree(
+            device, leaves_->size(), [this](unsigned int i) { return box(i); }, progress);
     return UserGeometry<IsosurfaceObject>::make(device, *this, box_count() + caps_.boxes.size());
 }
 
 std::size_t IsosurfaceObject::own_memory() const
 {
-    return boxes_.capacity() * sizeof(ShellBox) + (leaves_ ? leaves_->memory() : 0) +
+    return boxes_.capacity() * sizeof(ShellBox) + (leaves_ ? leaves_->memory() : 0) + (tree_ ? tree_->memory() : 0) +
            caps_.boxes.capacity() * sizeof(Box) + surface_->memory();
 }
 
@@ -187,6 +192,18 @@ void IsosurfaceObject::trace(unsigned int primitive, const LatticeRay& ray, doub
         tracer_.trace_leaf(*leaves_, (*leaves_)[primitive], ray, margin, t_limit, visitor);
     else
         tracer_.trace(surface_->bricks(), boxes_[primitive], ray, margin, t_limit, visitor);
+}
+
+LaneMask IsosurfaceObject::clip_rays(LatticeRayPacket& rays, LaneMask lanes) const
+{
+    const std::vector<HalfSpace>& planes = surface_->planes().all();
+    PlanesOfChords through;
+    return planes.empty() ? lanes : clip(rays, lanes, planes, through);
+}
+
+void IsosurfaceObject::trace(const RayStream& stream) const
+{
+    trace_stream(*tree_, *leaves_, static_cast<float>(box_margin_), intersector_, stream);
 }
 
 void IsosurfaceObject::collect_all(unsigned int primitive, RayQuery& query) const

@@ -6,6 +6,7 @@
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/brick_trace.h"
 #include "isospline/trace/cap.h"
+#include "isospline/trace/ray_stream.h"
 
 #include <cstdint>
 #include <memory>
@@ -36,11 +37,18 @@ public:
                   const Placement& placement) const override;
     void complete(std::span<Hit> hits, const RayPacket& rays_world, const double* t, LaneMask lanes,
                   const RootPacket& roots, const Placement& placement) const override;
+    const IsosurfaceObject* with_stream() const override { return tree_ ? this : nullptr; }
     Box bounds() const override;
     std::vector<double> reach(std::span<const glm::dvec3> directions, const Progress& progress) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                const Placement& placement) const override;
+
+    /// Limits rays to the parts that the clip keeps; returns those of `lanes` of which a part is left. Without caps.
+    LaneMask clip_rays(LatticeRayPacket& rays, LaneMask lanes) const;
+    /// Traces rays in local space. For an object with_stream().
+    void trace(const RayStream& stream) const;
+    std::uint64_t primitive_id(const glm::ivec3& cell) const { return surface_->volume().primitive_id(cell); }
 
 private:
     friend struct UserGeometry<IsosurfaceObject>;
@@ -75,6 +83,7 @@ private:
     BrickTracer tracer_;
     std::vector<ShellBox> boxes_;  ///< of the draft
     std::optional<Leaves> leaves_; ///< of the settled index
+    std::optional<LeafTree> tree_; ///< of these leaves, if there are any and no caps
     CapBoxes caps_;
     double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side
 };

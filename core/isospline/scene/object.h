@@ -21,6 +21,8 @@
 
 namespace isospline {
 
+class IsosurfaceObject;
+
 /// The placement of an instance of an object.
 struct Placement {
     glm::dmat4 transform{1.0};      ///< the object's world space to the scene's
@@ -54,6 +56,8 @@ public:
     virtual std::uint64_t rays_until_settling() const { return 0; }
     /// The same object with an index that takes longer to build and is faster to trace, not built yet; or null.
     virtual std::shared_ptr<Object> settled() const { return nullptr; }
+    /// This object if it traces incoherent rays in a stream of their own, which is faster than one by one; or null.
+    virtual const IsosurfaceObject* with_stream() const { return nullptr; }
     /// The box of the visible object, in local space. The first call may have to compute it.
     virtual Box bounds() const = 0;
     /// The extent of the visible object, to about the size of a cell: the largest <direction, x> over its points, in

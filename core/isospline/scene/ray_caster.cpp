@@ -1,3 +1,4 @@
+#include "isospline/scene/packet_stream.h"
 #include "isospline/scene/ray_caster_impl.h"
 
 #include <bit>
@@ -61,30 +62,45 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
     return hit_lanes;
 }
 
+void RayCaster::Impl::set_hits(const RayPacket& rays, LaneMask lanes, const PacketHits& found,
+                               const MeshHits* in_meshes, std::span<Hit> hits) const
+{
+    static const MeshHits none;
+    alignas(64) double t[packet_capacity] = {};
+    for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        Hit& hit = hits[static_cast<std::size_t>(lane)];
+        set_hit(hit, found.nearest_given[lane], found.nearest_ids[lane], in_meshes != nullptr ? in_meshes[lane] : none,
+                scene.instances[found.nearest_ids[lane].slot]->id);
+        t[lane] = hit.t;
+    }
+    for (LaneMask rest = complete ? lanes : 0; rest != 0;) {
+        const unsigned int slot = found.nearest_ids[std::countr_zero(rest)].slot;
+        LaneMask of_instance = 0;
+        for (LaneMask others = rest; others != 0; others &= others - 1u)
+            if (const int lane = std::countr_zero(others); found.nearest_ids[lane].slot == slot)
+                of_instance |= LaneMask{1} << lane;
+        const Instance& instance = *scene.instances[slot];
+        instance.object->complete(hits, rays, t, of_instance, found.nearest, instance.placement);
+        rest &= ~of_instance;
+    }
+}
+
 template <int Size>
 LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
 {
     const LaneMask hit_lanes = find_hits<Size>(rays, index, camera);
-    const PacketQuery& packet = *packet_query;
-    alignas(64) double t[PreparedPacket::capacity] = {};
-    for (LaneMask rest = hit_lanes; rest != 0; rest &= rest - 1u) {
-        const int lane = std::countr_zero(rest);
-        Hit& hit = hits[static_cast<std::size_t>(lane)];
-        set_hit(hit, packet.nearest_given[lane], packet.nearest_ids[lane], packet.in_meshes[lane],
-                scene.instances[packet.nearest_ids[lane].slot]->id);
-        t[lane] = hit.t;
-    }
-    for (LaneMask rest = complete ? hit_lanes : 0; rest != 0;) {
-        const unsigned int slot = packet.nearest_ids[std::countr_zero(rest)].slot;
-        LaneMask of_instance = 0;
-        for (LaneMask others = rest; others != 0; others &= others - 1u)
-            if (const int lane = std::countr_zero(others); packet.nearest_ids[lane].slot == slot)
-                of_instance |= LaneMask{1} << lane;
-        const Instance& instance = *scene.instances[slot];
-        instance.object->complete(hits, rays, t, of_instance, packet.nearest, instance.placement);
-        rest &= ~of_instance;
-    }
+    set_hits(rays, hit_lanes, *packet_query, packet_query->in_meshes, hits);
     return hit_lanes;
+}
+
+void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
+                                  std::span<LaneMask> hit_lanes)
+{
+    stream_hits.resize(std::max(stream_hits.size(), packets.size()));
+    PacketStream(scene.frame, camera, packets, index, hit_lanes).cast(stream_hits);
+    for (std::size_t i = 0; i < packets.size(); ++i)
+        set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits.subspan(i * RayPacket::capacity));
 }
 
 RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact)
@@ -103,25 +119,46 @@ int RayCaster::width() const
     return impl_->packet_size == 0 ? RayPacket::capacity : impl_->packet_size;
 }
 
+std::size_t RayCaster::batch_size() const
+{
+    return impl_->packet_size == 0 ? largest_batch : 1;
+}
+
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
 {
-    check_packet(rays, width(), hits.size());
-    impl_->ray_count += static_cast<unsigned int>(rays.count);
-    if (impl_->packet_size == 0)
-        return impl_->cast_singles(rays, index, hits);
-    return dispatch_packet_size(impl_->packet_size,
-                                [&](auto size) { return impl_->cast_packet<size>(rays, index, hits); });
+    LaneMask hit_lanes;
+    cast({&rays, 1}, index, hits, {&hit_lanes, 1});
+    return hit_lanes;
+}
+
+void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
+                     std::span<LaneMask> hit_lanes)
+{
+    const auto hits_of = [&](std::size_t i) { return hits.subspan(std::min(i * RayPacket::capacity, hits.size())); };
+    for (std::size_t i = 0; i < packets.size(); ++i)
+        check_packet(packets[i], width(), hits_of(i).size());
+    impl_->ray_count += ray_count(packets);
+    if (impl_->has_stream(impl_->camera))
+        return impl_->cast_stream(packets, index, hits, hit_lanes);
+    for (std::size_t i = 0; i < packets.size(); ++i) {
+        hit_lanes[i] = impl_->packet_size == 0 ? impl_->cast_singles(packets[i], index, hits_of(i))
+                                               : dispatch_packet_size(impl_->packet_size, [&](auto size) {
+                                                     return impl_->cast_packet<size>(packets[i], index, hits_of(i));
+                                                 });
+        index += static_cast<std::size_t>(packets[i].count);
+    }
 }
 
 void RayCaster::cast(std::span<const Ray> rays, std::span<Hit> hits)
 {
     check_one_per_ray("hits", rays.size(), hits.size());
-    for_each_packet(rays, width(), [&](const RayPacket& packet, std::size_t first) {
-        const std::span<Hit> of_packet = hits.subspan(first, static_cast<std::size_t>(packet.count));
-        const LaneMask hit_lanes = cast(packet, first, of_packet);
-        for (std::size_t lane = 0; lane < of_packet.size(); ++lane)
-            if ((hit_lanes >> lane & 1u) == 0)
-                of_packet[lane].clear();
+    LaneMask hit_lanes[largest_batch];
+    for_each_batch(rays, width(), batch_size(), [&](std::span<const RayPacket> packets, std::size_t first) {
+        cast(packets, first, hits.subspan(first), hit_lanes);
+        for (std::size_t i = 0; i < packets.size(); ++i)
+            for (int lane = 0; lane < packets[i].count; ++lane, ++first)
+                if ((hit_lanes[i] >> lane & 1u) == 0)
+                    hits[first].clear();
     });
 }
 

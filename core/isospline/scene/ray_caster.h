@@ -45,12 +45,24 @@ public:
     /// thrown; later calls are not affected.
     LaneMask cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
 
-    /// The same for any number of rays, packet by packet, with one hit for each ray. Hits of rays that hit nothing are
+    /// Incoherent rays are fastest in batches of so many packets; 1 for coherent ones.
+    std::size_t batch_size() const;
+    static constexpr std::size_t largest_batch = 16;
+
+    /// The same for several packets. Sets the lanes of each packet that hit. The hit of lane i of packet p is
+    /// hits[p * RayPacket::capacity + i].
+    void cast(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
+              std::span<LaneMask> hit_lanes);
+
+    /// The same for any number of rays, with one hit for each ray. Hits of rays that hit nothing are
     /// set to misses.
     void cast(std::span<const Ray> rays, std::span<Hit> hits);
 
     /// The lanes whose rays cross any object that test_occlusions() of the snapshot sees. Throws like cast().
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
+
+    /// The same for several packets.
+    void test_occlusions(std::span<const RayPacket> packets, std::size_t index, std::span<LaneMask> occluded);
 
     /// The part of the light that is left at the end of each ray of a packet, as in attenuate_rays() of the snapshot.
     /// For coherent rays alone. Throws like cast().

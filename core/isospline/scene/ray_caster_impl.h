@@ -36,17 +36,41 @@ struct ValidLanes {
     alignas(64) int flags[Size];
 };
 
+/// Calls `body(packets, first)` for batches of up to `size` packets of up to `width` rays.
+template <typename Body>
+void for_each_batch(std::span<const Ray> rays, int width, std::size_t size, const Body& body)
+{
+    const auto of_packet = static_cast<std::size_t>(width);
+    std::vector<RayPacket> batch(std::min(size, (rays.size() + of_packet - 1) / of_packet));
+    std::size_t begun = 0;
+    while (begun < rays.size()) {
+        const std::size_t first = begun;
+        std::size_t packets = 0;
+        for (; packets < batch.size() && begun < rays.size(); ++packets) {
+            RayPacket& packet = batch[packets];
+            packet.count = static_cast<int>(std::min(of_packet, rays.size() - begun));
+            for (int lane = 0; lane < packet.count; ++lane)
+                packet.set(lane, rays[begun++]);
+        }
+        body(std::span<const RayPacket>(batch.data(), packets), first);
+    }
+}
+
 /// Calls `body(packet, first)` for packets of up to `width` rays.
 template <typename Body>
 void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
 {
-    RayPacket packet;
-    for (std::size_t first = 0; first < rays.size(); first += static_cast<std::size_t>(packet.count)) {
-        packet.count = static_cast<int>(std::min(static_cast<std::size_t>(width), rays.size() - first));
-        for (int lane = 0; lane < packet.count; ++lane)
-            packet.set(lane, rays[first + static_cast<std::size_t>(lane)]);
-        body(packet, first);
-    }
+    for_each_batch(rays, width, 1,
+                   [&](std::span<const RayPacket> packets, std::size_t first) { body(packets.front(), first); });
+}
+
+/// The number of rays in packets.
+inline std::size_t ray_count(std::span<const RayPacket> packets)
+{
+    std::size_t count = 0;
+    for (const RayPacket& packet : packets)
+        count += static_cast<std::size_t>(packet.count);
+    return count;
 }
 
 /// Calls `body` with the number of rays of Embree's packets, 4, 8 or 16, as a constant.
@@ -78,6 +102,13 @@ struct RayCaster::Impl {
     /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
     LaneMask prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal);
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    /// Whether rays go in a stream: they are incoherent, and all that they see can trace them so.
+    bool has_stream(const Traversal& traversal) const
+    {
+        return packet_size == 0 && traversal.alone != nullptr && traversal.alone->object->with_stream() != nullptr;
+    }
+    void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
+                     std::span<LaneMask> hit_lanes);
     /// Begins the query of a packet, and sets Embree's rays; returns the rays that do not miss the scene's box.
     template <int Size, class Packet, class EmbreeRays>
     LaneMask begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
@@ -85,6 +116,9 @@ struct RayCaster::Impl {
     /// Finds the nearest hits of a packet, for `packet_query`; returns the rays that hit.
     template <int Size>
     LaneMask find_hits(const RayPacket& rays, std::size_t index, const Traversal& traversal);
+    /// Sets the hits of those lanes of a packet that hit; `in_meshes` are those of each lane, or null.
+    void set_hits(const RayPacket& rays, LaneMask lanes, const PacketHits& found, const MeshHits* in_meshes,
+                  std::span<Hit> hits) const;
     template <int Size>
     LaneMask cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     LaneMask test_singles(const RayPacket& rays, std::size_t index);
@@ -114,7 +148,8 @@ struct RayCaster::Impl {
     int packet_size = 0;         ///< 0 if rays are traced one by one
     RayQuery query;
     PreparedPacket prepared;
-    LatticeRayPacket local; ///< in the space of the only instance
+    LatticeRayPacket local;              ///< in the space of the only instance
+    std::vector<PacketHits> stream_hits; ///< of the packets of a stream
     std::optional<PacketQuery> packet_query;
     std::optional<PacketOcclusion> packet_occlusion; ///< made when it is needed
     RawCrossings all;                                ///< of a packet
@@ -149,11 +184,7 @@ LaneMask RayCaster::Impl::find_hits(const RayPacket& rays, std::size_t index, co
     const ValidLanes<Size> valid(used);
     embree::intersect_coherent(traversal.scene, packet, valid.flags, ray_hits);
     packet.rethrow();
-    LaneMask hit_lanes = 0;
-    for (LaneMask rest = used; rest != 0; rest &= rest - 1u)
-        if (const int lane = std::countr_zero(rest); packet.has_hit(lane))
-            hit_lanes |= LaneMask{1} << lane;
-    return hit_lanes;
+    return packet.lanes_with_hit(used);
 }
 
 } // namespace isospline

@@ -17,6 +17,7 @@
 #include "isospline/trace/triangle_packet.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -270,8 +271,69 @@ private:
     }
 };
 
+/// The nearest hits of the rays of a packet so far.
+struct PacketHits {
+    /// `t_far` are the ends of the rays.
+    void begin(const double* t_far)
+    {
+        std::copy_n(t_far, packet_capacity, t_limit);
+        std::fill_n(nearest_ids, packet_capacity, HitIds());
+    }
+
+    bool has_hit(int lane) const { return nearest_ids[lane].slot != RTC_INVALID_GEOMETRY_ID; }
+    /// Those of `lanes` that have a hit.
+    LaneMask lanes_with_hit(LaneMask lanes) const
+    {
+        LaneMask found = 0;
+        for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u)
+            if (const int lane = std::countr_zero(rest); has_hit(lane))
+                found |= LaneMask{1} << lane;
+        return found;
+    }
+
+    /// Keeps a hit of an isosurface if it is nearer than the nearest so far; returns whether it is.
+    bool record(int lane, const RootInCell& root, const HitIds& ids, const RayLimits& limits)
+    {
+        if (!(root.t <= t_limit[lane]))
+            return false;
+        const HitT t{root.t, limits.given_t(root.t)};
+        if (has_hit(lane) && !is_first(lane, t, ids))
+            return false;
+        keep(lane, root, t, ids, limits);
+        return true;
+    }
+    /// The same for the first hit of a mesh.
+    bool record(int lane, const MeshHit& hit, const RayLimits& limits)
+    {
+        const HitIds ids{hit.slot, false, hit.primitive};
+        const HitT t{limits.moved_t(hit.t), hit.t};
+        if (has_hit(lane) && ids.slot != nearest_ids[lane].slot && !is_first(lane, t, ids))
+            return false;
+        keep(lane, {t.moved, glm::dvec3(0.0)}, t, ids, limits);
+        return true;
+    }
+
+    RootPacket nearest; ///< like that of RayQuery
+    double nearest_given[packet_capacity];
+    HitIds nearest_ids[packet_capacity];
+    alignas(64) double t_limit[packet_capacity];
+
+private:
+    bool is_first(int lane, const HitT& t, const HitIds& ids) const
+    {
+        return precedes(t, ids, {nearest.t[lane], nearest_given[lane]}, nearest_ids[lane]);
+    }
+    void keep(int lane, const RootInCell& root, const HitT& t, const HitIds& ids, const RayLimits& limits)
+    {
+        nearest.set(lane, root);
+        nearest_given[lane] = t.given;
+        nearest_ids[lane] = ids;
+        t_limit[lane] = last_equal_t(root.t, limits);
+    }
+};
+
 /// The query of a packet of rays.
-struct PacketQuery : Query {
+struct PacketQuery : Query, PacketHits {
     explicit PacketQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
     /// Call this with the given rays after `prepared` is set.
@@ -282,34 +344,23 @@ struct PacketQuery : Query {
         for (MeshHits& hits : in_meshes)
             hits.clear();
         used = used_lanes;
-        std::copy_n(prepared.t_far, PreparedPacket::capacity, t_limit);
-        std::fill_n(nearest_ids, PreparedPacket::capacity, HitIds());
+        PacketHits::begin(prepared.t_far);
         cached_slot = slot_in_lattice = RTC_INVALID_GEOMETRY_ID;
     }
 
     /// Like that of RayQuery, for all lanes; `in_lattice` may have been set for the slot.
     void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface, const CapBoxes& caps);
 
-    bool has_hit(int lane) const { return nearest_ids[lane].slot != RTC_INVALID_GEOMETRY_ID; }
-
     /// Like those of RayQuery; `t_far` belongs to the lane.
     void record(int lane, const RootInCell& root, const HitIds& ids, float& t_far)
     {
-        if (!(root.t <= t_limit[lane]))
-            return;
-        const RayLimits limits = prepared.limits[lane];
-        const HitT t{root.t, limits.given_t(root.t)};
-        if (!has_hit(lane) || precedes(t, ids, {nearest.t[lane], nearest_given[lane]}, nearest_ids[lane]))
-            keep(lane, root, t, ids, limits, t_far);
+        if (PacketHits::record(lane, root, ids, prepared.limits[lane]))
+            t_far = std::min(t_far, rounded_up(t_limit[lane]));
     }
     void record(int lane, const MeshHit& hit, float& t_far)
     {
-        const RayLimits limits = prepared.limits[lane];
-        const HitIds ids{hit.slot, false, hit.primitive};
-        const HitT t{limits.moved_t(hit.t), hit.t};
-        if (!has_hit(lane) || ids.slot == nearest_ids[lane].slot ||
-            precedes(t, ids, {nearest.t[lane], nearest_given[lane]}, nearest_ids[lane]))
-            keep(lane, {t.moved, glm::dvec3(0.0)}, t, ids, limits, t_far);
+        if (PacketHits::record(lane, hit, prepared.limits[lane]))
+            t_far = std::min(t_far, rounded_up(t_limit[lane]));
     }
 
     void enter_mesh(std::uint32_t slot);
@@ -320,10 +371,6 @@ struct PacketQuery : Query {
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
     TriangleRayPacket in_mesh;
     MeshHits in_meshes[PreparedPacket::capacity];
-    RootPacket nearest; ///< like that of RayQuery
-    double nearest_given[PreparedPacket::capacity];
-    HitIds nearest_ids[PreparedPacket::capacity];
-    alignas(64) double t_limit[PreparedPacket::capacity];
     LaneMask used = 0; ///< lanes that hold a ray
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     std::uint32_t slot_in_lattice = RTC_INVALID_GEOMETRY_ID; ///< that `in_lattice` is set for already, without a clip
@@ -331,16 +378,6 @@ struct PacketQuery : Query {
     LaneMask clip_leaves = 0; ///< lanes of which the clip keeps a part
     CappedChord chords[LatticeRayPacket::capacity];
     LaneMask enters_cap = 0, needs_caps = 0; ///< like those of RayQuery
-
-private:
-    void keep(int lane, const RootInCell& root, const HitT& t, const HitIds& ids, const RayLimits& limits, float& t_far)
-    {
-        nearest.set(lane, root);
-        nearest_given[lane] = t.given;
-        nearest_ids[lane] = ids;
-        t_limit[lane] = last_equal_t(root.t, limits);
-        t_far = std::min(t_far, rounded_up(t_limit[lane]));
-    }
 };
 
 } // namespace isospline

@@ -2,22 +2,16 @@
 #pragma once
 
 #include "isospline/scene/device.h"
+#include "isospline/scene/embree_ray.h"
 #include "isospline/scene/object.h"
 #include "isospline/scene/packet_occlusion.h"
 #include "isospline/util/check.h"
 
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 
 namespace isospline {
-
-/// The next smaller number in single precision.
-inline float next_below(double value)
-{
-    return std::nextafter(static_cast<float>(value), -std::numeric_limits<float>::infinity());
-}
 
 /// Embree's callbacks for a class of objects that has
 ///

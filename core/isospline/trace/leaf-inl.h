@@ -51,19 +51,23 @@ HWY_INLINE hn::Vec<Children> load_bytes(const std::array<std::int8_t, Block::cap
     return hn::ConvertTo(d, hn::PromoteTo(to_int, hn::LoadU(to_byte, of_cells.data() + first)));
 }
 
-// One ray; SIMD lanes are the cells.
-inline void trace_leaf(const Leaves& leaves, const Leaf& leaf, const LatticeRay& ray, float margin, double t_limit,
-                       const RayVisitor& visitor)
+/// Not above a ray's begin, because a hit may be there.
+HWY_INLINE float begin_single(const double t_near)
 {
-    prefetch_around(leaves, leaf);
+    const auto begin = static_cast<float>(t_near);
+    return begin - 0x1p-23f * (begin < 0.0f ? -begin : begin);
+}
+
+// The cells of a leaf in whose slabs one ray is, for a part of its segment in them; SIMD lanes are the cells. `Ray` has
+// `origin`, `direction_single` and `inverse_direction_single` of a LatticeRay. Sets where the ray enters the cells.
+template <class Ray>
+HWY_INLINE unsigned cells_met(const Leaf& leaf, const Ray& ray, float t_begin, float t_end, float margin,
+                              float (&enters)[Block::capacity])
+{
     const Children d;
     using V = hn::Vec<Children>;
-    const auto begin = static_cast<float>(ray.t_near);
-    const float t_begin = begin - 0x1p-23f * (begin < 0.0f ? -begin : begin); // a hit may be at the limit itself
-    auto t_end = static_cast<float>(t_limit);
-    alignas(32) float enters[8];
     unsigned met = 0;
-    for (std::size_t first = 0; first < 8; first += hn::Lanes(d)) {
+    for (std::size_t first = 0; first < Block::capacity; first += hn::Lanes(d)) {
         V t_near = hn::Set(d, t_begin), t_far = hn::Set(d, t_end);
         V along_direction = hn::Zero(d), to_cell = hn::Zero(d);
         for (int axis = 0; axis < 3; ++axis) {
@@ -88,8 +92,19 @@ inline void trace_leaf(const Leaves& leaves, const Leaf& leaf, const LatticeRay&
         hn::Store(t_near, d, enters + first);
         met |= to_lane_mask(d, hn::And(hn::Le(t_near, t_far), hn::And(below_upper, above_lower)), first);
     }
+    return met & leaf.block.cells;
+}
+
+// One ray.
+inline void trace_leaf(const Leaves& leaves, const Leaf& leaf, const LatticeRay& ray, float margin, double t_limit,
+                       const RayVisitor& visitor)
+{
+    prefetch_around(leaves, leaf);
+    auto t_end = static_cast<float>(t_limit);
+    alignas(32) float enters[Block::capacity];
+    const unsigned met = cells_met(leaf, ray, begin_single(ray.t_near), t_end, margin, enters);
     const unsigned flip = negative_axes(ray.direction);
-    for (unsigned rest = front_to_back(met & leaf.block.cells, flip); rest != 0; rest &= rest - 1u) {
+    for (unsigned rest = front_to_back(met, flip); rest != 0; rest &= rest - 1u) {
         const unsigned child = static_cast<unsigned>(hwy::Num0BitsBelowLS1Bit_Nonzero32(rest)) ^ flip;
         if (enters[child] > t_end)
             continue;

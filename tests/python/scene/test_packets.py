@@ -138,6 +138,8 @@ def test_instruction_sets_of_embree(tmp_path, isa):
             capture_output=True,
             encoding="utf-8",
         )
+        if "the processor does not have the instructions" in finished.stderr:
+            pytest.skip(f"this processor has no {isa}")
         assert finished.returncode == 0, finished.stderr
         with np.load(file) as arrays:
             return [arrays[array] for array in arrays]

@@ -1,0 +1,85 @@
+#include "isospline/scene/packet_stream.h"
+
+#include "isospline/scene/isosurface_object.h"
+
+#include <bit>
+
+namespace isospline {
+
+PacketStream::PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
+                           std::size_t index, std::span<LaneMask> found)
+    : frame_(frame), traversal_(traversal), instance_(*traversal.alone), object_(*instance_.object->with_stream()),
+      packets_(packets), index_(index), found_(found)
+{
+}
+
+void PacketStream::cast(std::span<PacketHits> hits)
+{
+    hits_ = hits;
+    object_.trace({RayStream::Wanted::first_crossing, this,
+                   [](void* self, int lane, LatticeRayPacket& rays) {
+                       return static_cast<PacketStream*>(self)->next(lane, rays);
+                   },
+                   [](void* self, int lane, const RootInCell& root, const glm::ivec3& cell) {
+                       return static_cast<PacketStream*>(self)->record(lane, root, cell);
+                   }});
+}
+
+void PacketStream::test_occlusions()
+{
+    object_.trace({RayStream::Wanted::any_crossing, this,
+                   [](void* self, int lane, LatticeRayPacket& rays) {
+                       return static_cast<PacketStream*>(self)->next(lane, rays);
+                   },
+                   [](void* self, int lane, const RootInCell&, const glm::ivec3&) {
+                       return static_cast<PacketStream*>(self)->occlude(lane);
+                   }});
+}
+
+bool PacketStream::next(int lane, LatticeRayPacket& rays)
+{
+    while (rest_ == 0)
+        if (!prepare_next_packet())
+            return false;
+    const int from = std::countr_zero(rest_);
+    rest_ &= rest_ - 1u;
+    rays.copy(lane, local_, from);
+    places_[lane] = {begun_ - 1, from};
+    limits_[lane] = prepared_.limits[from];
+    return true;
+}
+
+bool PacketStream::prepare_next_packet()
+{
+    if (begun_ == packets_.size())
+        return false;
+    const RayPacket& packet = packets_[begun_];
+    found_[begun_] = 0;
+    rest_ = prepare_packet(packet, index_, frame_, prepared_);
+    index_ += static_cast<std::size_t>(packet.count);
+    ++begun_;
+    if (rest_ == 0)
+        return true;
+    to_lattice(prepared_, instance_.placement.centred_to_local, object_.cell_shape(), local_);
+    if (!hits_.empty())
+        hits_[begun_ - 1].begin(local_.t_far);
+    rest_ = object_.clip_rays(local_, rest_);
+    return true;
+}
+
+double PacketStream::record(int lane, const RootInCell& root, const glm::ivec3& cell)
+{
+    const Place& place = places_[lane];
+    PacketHits& hits = hits_[place.packet];
+    hits.record(place.lane, root, {traversal_.slot, false, object_.primitive_id(cell)}, limits_[lane]);
+    found_[place.packet] |= LaneMask{1} << place.lane;
+    return hits.t_limit[place.lane];
+}
+
+double PacketStream::occlude(int lane)
+{
+    found_[places_[lane].packet] |= LaneMask{1} << places_[lane].lane;
+    return -huge_inverse_single;
+}
+
+} // namespace isospline

@@ -1,0 +1,53 @@
+// The rays of several packets, traced in a stream at the only isosurface that they see.
+#pragma once
+
+#include "isospline/scene/ray_query.h"
+#include "isospline/scene/scene_snapshot_impl.h"
+#include "isospline/trace/ray_stream.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace isospline {
+
+/// The rays of packets as a stream, and their nearest hits or whether they are occluded.
+class PacketStream {
+public:
+    /// `index` is the number of the first ray, and `found` gets the lanes of each packet that hit or are occluded.
+    PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
+                 std::size_t index, std::span<LaneMask> found);
+
+    /// Finds the nearest hits; `hits` are those of each packet.
+    void cast(std::span<PacketHits> hits);
+    void test_occlusions();
+
+private:
+    bool next(int lane, LatticeRayPacket& rays);
+    double record(int lane, const RootInCell& root, const glm::ivec3& cell);
+    double occlude(int lane);
+    bool prepare_next_packet();
+
+    /// The packet and the lane of a ray that is under way.
+    struct Place {
+        std::size_t packet;
+        int lane;
+    };
+
+    const RayFrame& frame_;
+    const Traversal& traversal_;
+    const Instance& instance_;
+    const IsosurfaceObject& object_;
+    std::span<const RayPacket> packets_;
+    std::size_t index_;
+    std::span<LaneMask> found_;
+    std::span<PacketHits> hits_;
+    std::size_t begun_ = 0; ///< packets of which rays have been taken
+    LaneMask rest_ = 0;     ///< rays of the last one of them that have not been taken
+    PreparedPacket prepared_;
+    LatticeRayPacket local_;
+    Place places_[packet_capacity];
+    RayLimits limits_[packet_capacity];
+};
+
+} // namespace isospline

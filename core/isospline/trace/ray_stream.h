@@ -1,0 +1,32 @@
+// Rays that are traced one by one, many of them under way at a time.
+#pragma once
+
+#include "isospline/cell/intersector.h"
+#include "isospline/cell/lattice_ray_packet.h"
+#include "isospline/trace/brick_trace.h"
+#include "isospline/trace/leaf_tree.h"
+
+#include <glm/vec3.hpp>
+
+namespace isospline {
+
+/// A source of rays, and what happens to them. A lane holds a ray until next() sets another one.
+struct RayStream {
+    enum class Wanted { first_crossing, any_crossing };
+
+    Wanted wanted;
+    void* context;
+    /// Sets a lane to the next ray, with the part of it that cuts leave; returns false if no ray is left.
+    bool (*next)(void* context, int lane, LatticeRayPacket& rays);
+    /// Takes a crossing; the root is given if the first one is wanted. Returns the t beyond which no crossing of the
+    /// ray counts any more; a number below its begin ends the ray.
+    double (*record)(void* context, int lane, const RootInCell& root, const glm::ivec3& cell);
+};
+
+/// Traces rays through the tree. Sixteen rays are under way: while one waits for memory, the others go on. As soon as
+/// each of them has a cell to be solved, the cells are solved side by side. The roots are those of packets and of
+/// single rays in Embree, bit for bit, because the cell alone decides.
+void trace_stream(const LeafTree& tree, const Leaves& leaves, float margin, const CellIntersector& intersector,
+                  const RayStream& stream);
+
+} // namespace isospline
