@@ -7,32 +7,20 @@
 namespace isospline {
 
 PacketStream::PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
-                           std::size_t index, std::span<LaneMask> found)
+                           std::size_t index, std::span<PacketHits> hits, std::span<LaneMask> hit_lanes)
     : frame_(frame), traversal_(traversal), instance_(*traversal.alone), object_(*instance_.object->with_stream()),
-      packets_(packets), index_(index), found_(found)
+      packets_(packets), index_(index), hits_(hits), hit_lanes_(hit_lanes)
 {
 }
 
-void PacketStream::cast(std::span<PacketHits> hits)
+void PacketStream::cast()
 {
-    hits_ = hits;
-    object_.trace({RayStream::Wanted::first_crossing, this,
+    object_.trace({this,
                    [](void* self, int lane, LatticeRayPacket& rays) {
                        return static_cast<PacketStream*>(self)->next(lane, rays);
                    },
                    [](void* self, int lane, const RootInCell& root, const glm::ivec3& cell) {
                        return static_cast<PacketStream*>(self)->record(lane, root, cell);
-                   }});
-}
-
-void PacketStream::test_occlusions()
-{
-    object_.trace({RayStream::Wanted::any_crossing, this,
-                   [](void* self, int lane, LatticeRayPacket& rays) {
-                       return static_cast<PacketStream*>(self)->next(lane, rays);
-                   },
-                   [](void* self, int lane, const RootInCell&, const glm::ivec3&) {
-                       return static_cast<PacketStream*>(self)->occlude(lane);
                    }});
 }
 
@@ -54,15 +42,14 @@ bool PacketStream::prepare_next_packet()
     if (begun_ == packets_.size())
         return false;
     const RayPacket& packet = packets_[begun_];
-    found_[begun_] = 0;
+    hit_lanes_[begun_] = 0;
     rest_ = prepare_packet(packet, index_, frame_, prepared_);
     index_ += static_cast<std::size_t>(packet.count);
     ++begun_;
     if (rest_ == 0)
         return true;
     to_lattice(prepared_, instance_.placement.centred_to_local, object_.cell_shape(), local_);
-    if (!hits_.empty())
-        hits_[begun_ - 1].begin(local_.t_far);
+    hits_[begun_ - 1].begin(local_.t_far);
     rest_ = object_.clip_rays(local_, rest_);
     return true;
 }
@@ -72,14 +59,8 @@ double PacketStream::record(int lane, const RootInCell& root, const glm::ivec3& 
     const Place& place = places_[lane];
     PacketHits& hits = hits_[place.packet];
     hits.record(place.lane, root, {traversal_.slot, false, object_.primitive_id(cell)}, limits_[lane]);
-    found_[place.packet] |= LaneMask{1} << place.lane;
+    hit_lanes_[place.packet] |= LaneMask{1} << place.lane;
     return hits.t_limit[place.lane];
-}
-
-double PacketStream::occlude(int lane)
-{
-    found_[places_[lane].packet] |= LaneMask{1} << places_[lane].lane;
-    return -huge_inverse_single;
 }
 
 } // namespace isospline

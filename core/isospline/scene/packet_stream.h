@@ -11,21 +11,19 @@
 
 namespace isospline {
 
-/// The rays of packets as a stream, and their nearest hits or whether they are occluded.
+/// The rays of packets as a stream, and their nearest hits.
 class PacketStream {
 public:
-    /// `index` is the number of the first ray, and `found` gets the lanes of each packet that hit or are occluded.
+    /// `index` is the number of the first ray. `hits` and `hit_lanes` are those of each packet.
     PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
-                 std::size_t index, std::span<LaneMask> found);
+                 std::size_t index, std::span<PacketHits> hits, std::span<LaneMask> hit_lanes);
 
-    /// Finds the nearest hits; `hits` are those of each packet.
-    void cast(std::span<PacketHits> hits);
-    void test_occlusions();
+    /// Finds the hits, and the lanes that have one.
+    void cast();
 
 private:
     bool next(int lane, LatticeRayPacket& rays);
     double record(int lane, const RootInCell& root, const glm::ivec3& cell);
-    double occlude(int lane);
     bool prepare_next_packet();
 
     /// The packet and the lane of a ray that is under way.
@@ -40,8 +38,8 @@ private:
     const IsosurfaceObject& object_;
     std::span<const RayPacket> packets_;
     std::size_t index_;
-    std::span<LaneMask> found_;
     std::span<PacketHits> hits_;
+    std::span<LaneMask> hit_lanes_;
     std::size_t begun_ = 0; ///< packets of which rays have been taken
     LaneMask rest_ = 0;     ///< rays of the last one of them that have not been taken
     PreparedPacket prepared_;

@@ -98,7 +98,7 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
                                   std::span<LaneMask> hit_lanes)
 {
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
-    PacketStream(scene.frame, camera, packets, index, hit_lanes).cast(stream_hits);
+    PacketStream(scene.frame, camera, packets, index, stream_hits, hit_lanes).cast();
     for (std::size_t i = 0; i < packets.size(); ++i)
         set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits.subspan(i * RayPacket::capacity));
 }

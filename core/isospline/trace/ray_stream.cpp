@@ -284,14 +284,10 @@ private:
         for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u)
             copy_cell(walks_[lowest_lane(rest)], lowest_lane(rest));
         RootPacket roots;
-        const bool wants_any = stream_.wanted == RayStream::Wanted::any_crossing;
-        const LaneMask found = wants_any
-                                   ? intersector_.any_roots(cells_, leaves_.threshold(), rays_)
-                                   : intersector_.first_roots(cells_, leaves_.threshold(), rays_, t_limit_, roots);
+        const LaneMask found = intersector_.first_roots(cells_, leaves_.threshold(), rays_, t_limit_, roots);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const int lane = lowest_lane(rest);
-            const RootInCell root = wants_any ? RootInCell{0.0, glm::dvec3(0.0)} : roots.root(lane);
-            t_limit_[lane] = stream_.record(stream_.context, lane, root, cells_.lower_of(lane));
+            t_limit_[lane] = stream_.record(stream_.context, lane, roots.root(lane), cells_.lower_of(lane));
             end_at(walks_[lane], end_single(t_limit_[lane]));
         }
         for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u) {

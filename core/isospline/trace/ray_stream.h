@@ -12,14 +12,10 @@ namespace isospline {
 
 /// A source of rays, and what happens to them. A lane holds a ray until next() sets another one.
 struct RayStream {
-    enum class Wanted { first_crossing, any_crossing };
-
-    Wanted wanted;
     void* context;
     /// Sets a lane to the next ray, with the part of it that cuts leave; returns false if no ray is left.
     bool (*next)(void* context, int lane, LatticeRayPacket& rays);
-    /// Takes a crossing; the root is given if the first one is wanted. Returns the t beyond which no crossing of the
-    /// ray counts any more; a number below its begin ends the ray.
+    /// Takes the first crossing in a cell. Returns the t beyond which no crossing of the ray counts any more.
     double (*record)(void* context, int lane, const RootInCell& root, const glm::ivec3& cell);
 };
 
