@@ -5,6 +5,7 @@
 #include "isospline/util/tbb_tasks.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -51,7 +52,7 @@ struct Monitor {
     const Progress& progress;
     std::mutex mutex;
     std::exception_ptr raised;
-    bool cancelled = false;
+    std::atomic<bool> cancelled = false;
 
     static bool report(void* monitor, double fraction) noexcept
     {
@@ -125,6 +126,12 @@ void* Device::build(RTCBuildArguments arguments, const Progress& progress) const
         root = rtcBuildBVH(&arguments);
     });
     return root;
+}
+
+void Device::throw_if_cancelled(void* user_pointer)
+{
+    if (user_pointer != nullptr && static_cast<Monitor*>(user_pointer)->cancelled)
+        throw Cancelled();
 }
 
 void Device::run(const Progress& progress, const std::function<void(void* monitor)>& work) const

@@ -47,6 +47,9 @@ public:
 
     /// Builds a tree and returns its root. Sets `buildProgress` and `userPtr`. Throws like commit().
     void* build(RTCBuildArguments arguments, const Progress& progress = {}) const;
+    /// Throws Cancelled if the build whose callback has got this user pointer is cancelled. Embree's builder of trees
+    /// ignores what the progress callback returns, but ends if another callback throws, as its own code does.
+    static void throw_if_cancelled(void* user_pointer);
 
     /// Clears the errors that Embree has reported on this thread, so that an old error is not taken for a new one.
     void forget_errors() const;

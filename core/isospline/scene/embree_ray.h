@@ -1,6 +1,7 @@
-// Prepared rays for Embree, in single precision.
+// Prepared rays and boxes for Embree, in single precision.
 #pragma once
 
+#include "isospline/math/box.h"
 #include "isospline/scene/embree_api.h"
 #include "isospline/trace/prepared_ray.h"
 
@@ -32,6 +33,18 @@ inline float rounded_down(double t)
 inline float next_below(double value)
 {
     return std::nextafter(static_cast<float>(value), -std::numeric_limits<float>::infinity());
+}
+
+/// Sets Embree's bounds around a box; `Bounds` is RTCBounds or RTCBuildPrimitive.
+template <typename Bounds>
+void set_bounds(const Box& box, Bounds& bounds)
+{
+    bounds.lower_x = next_below(box.lower.x);
+    bounds.lower_y = next_below(box.lower.y);
+    bounds.lower_z = next_below(box.lower.z);
+    bounds.upper_x = -next_below(-box.upper.x);
+    bounds.upper_y = -next_below(-box.upper.y);
+    bounds.upper_z = -next_below(-box.upper.z);
 }
 
 /// A component of a unit direction. Embree replaces smaller components by +1e-18, even negative ones. Packets whose

@@ -30,7 +30,8 @@ double stretch(const glm::dmat4& world_to_local)
     return largest;
 }
 
-/// Rounding error, in an object's local space, of a ray that Embree traverses in single precision.
+/// Rounding error, in an object's local space, of a ray that Embree traverses in single precision. It covers that of a
+/// ray that goes through a LeafTree.
 ///
 /// In a scene of radius R around its centre, rays begin and end within 2 R of the centre. In local space, each
 /// coordinate is a sum of three products and a translation. Its size is up to 2 R m + T, where m is the map's stretch

@@ -67,7 +67,7 @@ embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, con
     else
         boxes_ = shell_boxes(surface_->bricks());
     caps_ = cap_boxes(*surface_);
-    if (leaves_ && leaves_->size() != 0 && caps_.boxes.empty())
+    if (leaves_ && leaves_->size() != 0 && leaves_->size() < LeafTree::leaf_bit && caps_.boxes.empty())
         tree_ = build_leaf_tree(
             device, leaves_->size(), [this](unsigned int i) { return box(i); }, progress);
     return UserGeometry<IsosurfaceObject>::make(device, *this, box_count() + caps_.boxes.size());

@@ -1,15 +1,12 @@
 #include "isospline/scene/leaf_tree_builder.h"
 
-#include "isospline/scene/embree_api.h"
 #include "isospline/scene/embree_ray.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <new>
 #include <stdexcept>
-#include <type_traits>
 #include <vector>
 
 namespace isospline {
@@ -49,9 +46,13 @@ std::uint32_t leaf_of(const void* child)
     return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(child) >> 1);
 }
 
-void* create_node(RTCThreadLocalAllocator allocator, unsigned int, void*)
+void* create_node(RTCThreadLocalAllocator allocator, unsigned int, void* user_pointer)
 {
-    return new (rtcThreadLocalAlloc(allocator, sizeof(WideNode), alignof(WideNode))) WideNode;
+    Device::throw_if_cancelled(user_pointer);
+    void* const memory = rtcThreadLocalAlloc(allocator, sizeof(WideNode), alignof(WideNode));
+    if (memory == nullptr)
+        throw std::bad_alloc();
+    return new (memory) WideNode;
 }
 
 void set_children(void* node, void** children, unsigned int count, void*)
@@ -72,9 +73,8 @@ void* create_leaf(RTCThreadLocalAllocator, const RTCBuildPrimitive* primitives, 
     return leaf_pointer(primitives->primID);
 }
 
-/// Sets the boxes of a node along an axis, on the finest grid of steps that are powers of two. The boxes grow by less
-/// than two steps. A plane is exact in double precision, and rays cross it with the rounding errors that the boxes of
-/// leaves are wide enough for.
+/// Sets the boxes of a node along an axis, on the finest grid of steps that are powers of two. Each box grows by less
+/// than two steps.
 void set_grid(LeafTree::Node& node, std::size_t axis, const WideNode& from)
 {
     double least = from.lower(0, axis), most = from.upper(0, axis);
@@ -82,24 +82,25 @@ void set_grid(LeafTree::Node& node, std::size_t axis, const WideNode& from)
         least = std::min(least, double{from.lower(i, axis)});
         most = std::max(most, double{from.upper(i, axis)});
     }
-    // Two steps are left for the rounding of the origin and of the planes.
-    const double step = std::ldexp(1.0, std::ilogb((most - least) / 253.0) + 1);
-    const auto origin = static_cast<float>(least - 0.5 * step);
-    node.origin[axis] = origin;
+    const double step = std::ldexp(1.0, std::ilogb((most - least) / 255.0) + 1);
+    node.origin[axis] = static_cast<float>(least); // exact
     node.step[axis] = static_cast<float>(step);
     std::uint8_t* const lower = node.bounds + LeafTree::Node::first_bound(axis);
     std::uint8_t* const upper = lower + LeafTree::width;
     std::fill_n(lower, LeafTree::width, std::uint8_t{255});
     std::fill_n(upper, LeafTree::width, std::uint8_t{0});
     for (unsigned int i = 0; i < from.count; ++i) {
-        lower[i] = static_cast<std::uint8_t>(std::floor((double{from.lower(i, axis)} - origin) / step));
-        upper[i] = static_cast<std::uint8_t>(std::ceil((double{from.upper(i, axis)} - origin) / step));
+        lower[i] = static_cast<std::uint8_t>(std::floor((from.lower(i, axis) - least) / step));
+        upper[i] = static_cast<std::uint8_t>(std::ceil((from.upper(i, axis) - least) / step));
     }
 }
 
-/// Sets a node of the tree and appends those below it.
-void append(const WideNode& from, std::size_t place, int depth, LeafTree& tree)
+/// Sets a node of the tree and appends those below it. Throws Cancelled if `progress` returns false.
+void append(const WideNode& from, std::size_t place, int depth, const Progress& progress, LeafTree& tree)
 {
+    constexpr std::size_t nodes_a_report = 4096;
+    if (place % nodes_a_report == 0 && progress && !progress(1.0))
+        throw Cancelled();
     if (depth > LeafTree::largest_depth)
         throw std::runtime_error("Embree built a tree of leaves that is too deep");
     LeafTree::Node node = {};
@@ -115,7 +116,7 @@ void append(const WideNode& from, std::size_t place, int depth, LeafTree& tree)
     below = first_below;
     for (unsigned int i = 0; i < from.count; ++i)
         if (!is_leaf(from.children[i]))
-            append(*static_cast<const WideNode*>(from.children[i]), below++, depth + 1, tree);
+            append(*static_cast<const WideNode*>(from.children[i]), below++, depth + 1, progress, tree);
 }
 
 } // namespace
@@ -125,9 +126,8 @@ LeafTree build_leaf_tree(const Device& device, std::size_t count, const std::fun
 {
     std::vector<RTCBuildPrimitive> boxes(count);
     for (unsigned int i = 0; i < count; ++i) {
-        const Box of_leaf = box(i);
-        boxes[i] = {next_below(of_leaf.lower.x),   next_below(of_leaf.lower.y),   next_below(of_leaf.lower.z),   0,
-                    -next_below(-of_leaf.upper.x), -next_below(-of_leaf.upper.y), -next_below(-of_leaf.upper.z), i};
+        set_bounds(box(i), boxes[i]);
+        boxes[i].primID = i;
     }
     const embree::BvhHandle bvh(rtcNewBVH(device.get()));
     device.check();
@@ -152,7 +152,7 @@ LeafTree build_leaf_tree(const Device& device, std::size_t count, const std::fun
     }
     LeafTree tree;
     tree.nodes.resize(1);
-    append(is_leaf(root) ? of_leaf : *static_cast<const WideNode*>(root), 0, 1, tree);
+    append(is_leaf(root) ? of_leaf : *static_cast<const WideNode*>(root), 0, 1, progress, tree);
     tree.nodes.shrink_to_fit();
     return tree;
 }

@@ -7,14 +7,20 @@ namespace isospline {
 
 namespace {
 
+/// The hits of a packet of several, from its first one on.
+std::span<Hit> hits_of_packet(std::span<Hit> hits, std::size_t packet)
+{
+    return hits.subspan(std::min(packet * RayPacket::capacity, hits.size()));
+}
+
 /// Sets the parts of a hit that are known before its object completes it.
-void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHits& in_meshes, std::uint32_t geometry_id)
+void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHits* in_meshes, std::uint32_t geometry_id)
 {
     hit.clear();
     hit.t = t;
     hit.geometry_id = geometry_id;
     hit.primitive_id = ids.primitive;
-    if (const MeshHit* const in_mesh = in_meshes.find(ids.slot))
+    if (const MeshHit* const in_mesh = in_meshes != nullptr ? in_meshes->find(ids.slot) : nullptr)
         hit.uv = in_mesh->hit.uv;
 }
 
@@ -55,7 +61,7 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
         hit_lanes |= LaneMask{1} << lane;
         Hit& hit = hits[static_cast<std::size_t>(lane)];
         const Instance& instance = *scene.instances[query.nearest_ids.slot];
-        set_hit(hit, query.nearest_given, query.nearest_ids, query.in_meshes, instance.id);
+        set_hit(hit, query.nearest_given, query.nearest_ids, &query.in_meshes, instance.id);
         if (complete)
             instance.object->complete(hit, given, query.nearest.gradient, instance.placement);
     }
@@ -65,13 +71,12 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
 void RayCaster::Impl::set_hits(const RayPacket& rays, LaneMask lanes, const PacketHits& found,
                                const MeshHits* in_meshes, std::span<Hit> hits) const
 {
-    static const MeshHits none;
     alignas(64) double t[packet_capacity] = {};
     for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         Hit& hit = hits[static_cast<std::size_t>(lane)];
-        set_hit(hit, found.nearest_given[lane], found.nearest_ids[lane], in_meshes != nullptr ? in_meshes[lane] : none,
-                scene.instances[found.nearest_ids[lane].slot]->id);
+        set_hit(hit, found.nearest_given[lane], found.nearest_ids[lane],
+                in_meshes != nullptr ? in_meshes + lane : nullptr, scene.instances[found.nearest_ids[lane].slot]->id);
         t[lane] = hit.t;
     }
     for (LaneMask rest = complete ? lanes : 0; rest != 0;) {
@@ -100,7 +105,7 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
     PacketStream(scene.frame, camera, packets, index, stream_hits, hit_lanes).cast();
     for (std::size_t i = 0; i < packets.size(); ++i)
-        set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits.subspan(i * RayPacket::capacity));
+        set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i));
 }
 
 RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact)
@@ -121,7 +126,7 @@ int RayCaster::width() const
 
 std::size_t RayCaster::batch_size() const
 {
-    return impl_->packet_size == 0 ? largest_batch : 1;
+    return impl_->has_stream(impl_->camera) ? largest_batch : 1;
 }
 
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
@@ -134,17 +139,19 @@ LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit
 void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes)
 {
-    const auto hits_of = [&](std::size_t i) { return hits.subspan(std::min(i * RayPacket::capacity, hits.size())); };
+    if (hit_lanes.size() < packets.size())
+        throw_invalid("hit_lanes", "one for each of " + std::to_string(packets.size()) + " packets", hit_lanes.size());
     for (std::size_t i = 0; i < packets.size(); ++i)
-        check_packet(packets[i], width(), hits_of(i).size());
+        check_packet(packets[i], width(), hits_of_packet(hits, i).size());
     impl_->ray_count += ray_count(packets);
     if (impl_->has_stream(impl_->camera))
         return impl_->cast_stream(packets, index, hits, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i) {
-        hit_lanes[i] = impl_->packet_size == 0 ? impl_->cast_singles(packets[i], index, hits_of(i))
-                                               : dispatch_packet_size(impl_->packet_size, [&](auto size) {
-                                                     return impl_->cast_packet<size>(packets[i], index, hits_of(i));
-                                                 });
+        hit_lanes[i] = impl_->packet_size == 0
+                           ? impl_->cast_singles(packets[i], index, hits_of_packet(hits, i))
+                           : dispatch_packet_size(impl_->packet_size, [&](auto size) {
+                                 return impl_->cast_packet<size>(packets[i], index, hits_of_packet(hits, i));
+                             });
         index += static_cast<std::size_t>(packets[i].count);
     }
 }

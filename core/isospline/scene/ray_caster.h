@@ -45,7 +45,7 @@ public:
     /// thrown; later calls are not affected.
     LaneMask cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
 
-    /// Incoherent rays are fastest in batches of so many packets; 1 for coherent ones.
+    /// Rays are fastest in batches of so many packets; 1 if they are coherent, or for another reason not in a stream.
     std::size_t batch_size() const;
     static constexpr std::size_t largest_batch = 16;
 

@@ -44,13 +44,7 @@ private:
     {
         const auto& shape = *static_cast<const Shape*>(arguments->geometryUserPtr);
         const Box box = shape.box(arguments->primID);
-        RTCBounds& bounds = *arguments->bounds_o;
-        bounds.lower_x = next_below(box.lower.x);
-        bounds.lower_y = next_below(box.lower.y);
-        bounds.lower_z = next_below(box.lower.z);
-        bounds.upper_x = -next_below(-box.upper.x);
-        bounds.upper_y = -next_below(-box.upper.y);
-        bounds.upper_z = -next_below(-box.upper.z);
+        isospline::set_bounds(box, *arguments->bounds_o);
     }
 
     static void intersect(const RTCIntersectFunctionNArguments* arguments) noexcept

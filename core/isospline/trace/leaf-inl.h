@@ -51,8 +51,8 @@ HWY_INLINE hn::Vec<Children> load_bytes(const std::array<std::int8_t, Block::cap
     return hn::ConvertTo(d, hn::PromoteTo(to_int, hn::LoadU(to_byte, of_cells.data() + first)));
 }
 
-/// Not above a ray's begin, because a hit may be there.
-HWY_INLINE float begin_single(const double t_near)
+// Not above a ray's begin, because a hit may be there.
+HWY_INLINE float begin_single(double t_near)
 {
     const auto begin = static_cast<float>(t_near);
     return begin - 0x1p-23f * (begin < 0.0f ? -begin : begin);

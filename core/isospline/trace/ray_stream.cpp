@@ -45,20 +45,20 @@ HWY_INLINE int lowest_lane(LaneMask lanes)
     return static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes));
 }
 
-/// Not below a ray's end, t >= 0.
+// Not below a ray's end, t >= 0.
 HWY_INLINE float end_single(double t)
 {
     return static_cast<float>(t) * (1.0f + 0x1p-23f);
 }
 
-/// The rays under way. Branches that depend on a ray are slow, because neighbouring rays differ: the code below has as
-/// few of them as it can.
+// The rays under way. Branches that depend on a ray are slow, because neighbouring rays differ: the code below has as
+// few of them as it can.
 template <int Degree>
 class StreamTracer {
     static constexpr int capacity = LatticeRayPacket::capacity;
 
-    /// The nodes and leaves that a ray has still to visit, the nearest ones last. Two entries at the bottom, which are
-    /// infinitely far, stay.
+    // The nodes and leaves that a ray has still to visit, the nearest ones last. Two entries at the bottom, which are
+    // infinitely far, stay.
     struct Stack {
         static constexpr std::size_t bottom = 2;
         static constexpr std::size_t capacity =
@@ -69,7 +69,7 @@ class StreamTracer {
         std::uint32_t children[capacity];
     };
 
-    /// The ray of a lane.
+    // The ray of a lane.
     struct Walk {
         double origin[3];
         float direction_single[3], inverse_direction_single[3];
@@ -132,6 +132,7 @@ private:
         walk.cells = 0;
         walk.stack.size = Stack::bottom;
         walk.stack.t[0] = walk.stack.t[1] = std::numeric_limits<float>::infinity();
+        walk.stack.children[0] = walk.stack.children[1] = 0;
         go_to(walk, lane, 0);
     }
 
@@ -266,12 +267,12 @@ private:
         for (int axis = 0; axis < 3; ++axis)
             cells_.lower[axis][lane] = lower[axis];
         const CoefficientView cell = coefficients_of(walk);
-        float* to = cells_.coefficients[0] + lane;
+        auto* to = cells_.coefficients;
         for (int k = 0; k <= Degree; ++k)
             for (int j = 0; j <= Degree; ++j) {
                 const float* const row = cell.first + j * cell.row_stride + k * cell.slice_stride;
-                for (int i = 0; i <= Degree; ++i, to += CandidateCells::capacity)
-                    *to = row[i];
+                for (int i = 0; i <= Degree; ++i)
+                    (*to++)[lane] = row[i];
             }
     }
 

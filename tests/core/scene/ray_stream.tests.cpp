@@ -11,6 +11,8 @@
 
 #include <glm/ext/matrix_transform.hpp>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -151,6 +153,20 @@ TEST_CASE("a tree of leaves of one place is not too deep", "[scene]")
     require_tree(row);
 }
 
+TEST_CASE("the build of a tree of leaves can be cancelled", "[scene]")
+{
+    const std::vector<Box> boxes = random_boxes(100000);
+    const auto build = [&](const Progress& progress) {
+        return build_leaf_tree(
+            Device::shared(), boxes.size(), [&](unsigned int i) { return boxes[i]; }, progress);
+    };
+    REQUIRE_THROWS_AS(build([](double) { return false; }), Cancelled);
+    std::atomic<int> left = 5;
+    REQUIRE_THROWS_AS(build([&](double) { return --left > 0; }), Cancelled);
+    REQUIRE_THROWS_AS(build([](double) -> bool { throw std::out_of_range("of the progress"); }), std::out_of_range);
+    REQUIRE(!build([](double) { return true; }).nodes.empty());
+}
+
 TEST_CASE("rays in a stream find what packets find, on every SIMD target", "[scene]")
 {
     const int degree = GENERATE(1, 2, 3);
@@ -197,4 +213,9 @@ TEST_CASE("a stream takes any number of rays, and names a bad one", "[scene]")
     std::vector<Hit> too_few(31);
     LaneMask lanes[2];
     REQUIRE_THROWS_AS(caster.cast(packets, 0, too_few, lanes), std::invalid_argument);
+    std::vector<Hit> hits(32);
+    REQUIRE_THROWS_AS(caster.cast(packets, 0, hits, std::span(lanes, 1)), std::invalid_argument);
+    packets[0].count = packets[1].count = 0;
+    caster.cast(packets, 0, {}, lanes);
+    REQUIRE(lanes[0] + lanes[1] == 0);
 }
