@@ -86,7 +86,7 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
     long_call("to find " + std::to_string(points.count()) + " nearest points", progress, [&](const Progress& report) {
         check_points(points);
         check_reach(points);
-        options.progress = report;
+        options.progress = only_cancelling(report);
         ClosestPointFinder check(surface, options); // checks the options even if there are no points
         const VisitingOrder order(surface.volume(), points);
         parallel_for(

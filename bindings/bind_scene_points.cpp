@@ -40,7 +40,7 @@ void for_each_closest_point(const SceneSnapshot& scene, const RowArray& points, 
 {
     check_points(points);
     check_reach(points);
-    options.progress = progress;
+    options.progress = only_cancelling(progress);
     SceneClosestPointFinder check(scene, options); // checks the options even if there are no points
     const VisitingOrder order(scene, points);
     parallel_for(

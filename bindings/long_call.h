@@ -69,7 +69,9 @@ void long_call(const std::string& what_for, const pybind11::object& progress, Op
         GilReleased no_gil;
         auto running = run_on_call_thread([&] {
             operation(Progress([&](double fraction) {
-                finished = fraction;
+                // What was told is not taken back.
+                for (double before = finished; fraction > before && !finished.compare_exchange_weak(before, fraction);)
+                    ;
                 return !cancelled && !process_is_ending();
             }));
         });

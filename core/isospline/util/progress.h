@@ -19,6 +19,14 @@ inline Progress part_of(const Progress& progress, double begin, double end)
     return [&progress, begin, end](double fraction) { return progress(begin + (end - begin) * fraction); };
 }
 
+/// A callback for what an operation makes on its way, which only asks whether to go on. `progress` must outlive it.
+inline Progress only_cancelling(const Progress& progress)
+{
+    if (!progress)
+        return {};
+    return [&progress](double) { return progress(0.0); };
+}
+
 /// Thrown by an operation whose Progress callback returned false.
 struct Cancelled : std::runtime_error {
     Cancelled() : std::runtime_error("cancelled by the progress callback") {}

@@ -60,6 +60,13 @@ QUERIES = {
 }
 
 
+def test_what_a_query_makes_on_its_way_is_not_told_as_the_query(rng):
+    surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(128, 128, 128))), 3.0)
+    told = []
+    surface.closest_points(rng.uniform(-900, 900, (2000, 3)), progress=told.append)
+    assert len(told) > 2 and told == sorted(told) and 0 < told[-1] <= 1
+
+
 @pytest.mark.parametrize("name", QUERIES)
 def test_queries_tell_what_is_finished(scene, surface, name):
     told = []
