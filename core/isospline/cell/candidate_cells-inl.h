@@ -36,6 +36,21 @@ HWY_INLINE void copy_to_lanes_of_degree(const CoefficientView& cell, const glm::
     }
 }
 
+// The same for one lane.
+template <int Degree>
+HWY_INLINE void copy_to_lane(const CoefficientView& cell, const glm::ivec3& lower, int lane, CandidateCells& cells)
+{
+    for (int axis = 0; axis < 3; ++axis)
+        cells.lower[axis][lane] = lower[axis];
+    auto* to = cells.coefficients;
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j) {
+            const float* const row = cell.first + j * cell.row_stride + k * cell.slice_stride;
+            for (int i = 0; i <= Degree; ++i)
+                (*to++)[lane] = row[i];
+        }
+}
+
 HWY_INLINE void copy_to_lanes(const CoefficientView& cell, int degree, const glm::ivec3& lower, LaneMask lanes,
                               CandidateCells& cells)
 {

@@ -47,25 +47,6 @@ struct LatticeRayPacket {
         limits.t_far[lane] = ray.limits.t_far;
     }
 
-    /// Sets a ray to one of another packet.
-    void copy(int lane, const LatticeRayPacket& from, int from_lane)
-    {
-        for (int axis = 0; axis < 3; ++axis) {
-            origin[axis][lane] = from.origin[axis][from_lane];
-            plane_origin[axis][lane] = from.plane_origin[axis][from_lane];
-            direction[axis][lane] = from.direction[axis][from_lane];
-            inverse_direction[axis][lane] = from.inverse_direction[axis][from_lane];
-            direction_single[axis][lane] = from.direction_single[axis][from_lane];
-            inverse_direction_single[axis][lane] = from.inverse_direction_single[axis][from_lane];
-        }
-        t_near[lane] = from.t_near[from_lane];
-        t_far[lane] = from.t_far[from_lane];
-        limits.shift[lane] = from.limits.shift[from_lane];
-        limits.length[lane] = from.limits.length[from_lane];
-        limits.t_near[lane] = from.limits.t_near[from_lane];
-        limits.t_far[lane] = from.limits.t_far[from_lane];
-    }
-
     glm::dvec3 origin_of(int lane) const { return {origin[0][lane], origin[1][lane], origin[2][lane]}; }
     glm::dvec3 direction_of(int lane) const { return {direction[0][lane], direction[1][lane], direction[2][lane]}; }
     LatticeRay ray(int lane) const

@@ -63,13 +63,13 @@ embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, con
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
     if (index_ == Index::settled)
-        leaves_.emplace(surface_->volume(), surface_->bricks(), progress);
+        leaves_.emplace(surface_->volume(), surface_->bricks(), part_of(progress, 0.0, 0.6));
     else
         boxes_ = shell_boxes(surface_->bricks());
     caps_ = cap_boxes(*surface_);
     if (leaves_ && leaves_->size() != 0 && leaves_->size() < LeafTree::leaf_bit && caps_.boxes.empty())
         tree_ = build_leaf_tree(
-            device, leaves_->size(), [this](unsigned int i) { return box(i); }, progress);
+            device, leaves_->size(), [this](unsigned int i) { return box(i); }, part_of(progress, 0.6, 1.0));
     return UserGeometry<IsosurfaceObject>::make(device, *this, box_count() + caps_.boxes.size());
 }
 

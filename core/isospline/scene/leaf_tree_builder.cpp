@@ -99,8 +99,8 @@ void set_grid(LeafTree::Node& node, std::size_t axis, const WideNode& from)
 void append(const WideNode& from, std::size_t place, int depth, const Progress& progress, LeafTree& tree)
 {
     constexpr std::size_t nodes_a_report = 4096;
-    if (place % nodes_a_report == 0 && progress && !progress(1.0))
-        throw Cancelled();
+    if (place % nodes_a_report == 0)
+        report(progress, 1.0);
     if (depth > LeafTree::largest_depth)
         throw std::runtime_error("Embree built a tree of leaves that is too deep");
     LeafTree::Node node = {};

@@ -23,7 +23,8 @@ void Object::build(const BuildOptions& options, double rounding_error_local, con
     const EmbreeMemory memory;
     const Device& device = Device::shared();
     device.forget_errors();
-    const embree::GeometryHandle geometry = make_geometry(device, options, rounding_error_local, progress);
+    const embree::GeometryHandle geometry =
+        make_geometry(device, options, rounding_error_local, part_of(progress, 0.0, 0.6));
     rtcCommitGeometry(geometry.get());
     embree::SceneHandle scene(rtcNewScene(device.get()));
     device.check();
@@ -31,7 +32,7 @@ void Object::build(const BuildOptions& options, double rounding_error_local, con
     rtcSetSceneBuildQuality(scene.get(), to_embree(options.quality));
     rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
     device.check();
-    device.commit(scene.get(), progress);
+    device.commit(scene.get(), part_of(progress, 0.6, 1.0));
     scene_ = std::move(scene);
     embree_memory_ = memory.bytes();
 }

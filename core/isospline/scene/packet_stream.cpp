@@ -19,8 +19,8 @@ void PacketStream::cast()
                    [](void* self, int lane, LatticeRayPacket& rays) {
                        return static_cast<PacketStream*>(self)->next(lane, rays);
                    },
-                   [](void* self, int lane, const RootInCell& root, const glm::ivec3& cell) {
-                       return static_cast<PacketStream*>(self)->record(lane, root, cell);
+                   [](void* self, int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell) {
+                       return static_cast<PacketStream*>(self)->record(lane, limits, root, cell);
                    }});
 }
 
@@ -31,9 +31,8 @@ bool PacketStream::next(int lane, LatticeRayPacket& rays)
             return false;
     const int from = std::countr_zero(rest_);
     rest_ &= rest_ - 1u;
-    rays.copy(lane, local_, from);
+    rays.set(lane, local_.ray(from));
     places_[lane] = {begun_ - 1, from};
-    limits_[lane] = prepared_.limits[from];
     return true;
 }
 
@@ -54,11 +53,11 @@ bool PacketStream::prepare_next_packet()
     return true;
 }
 
-double PacketStream::record(int lane, const RootInCell& root, const glm::ivec3& cell)
+double PacketStream::record(int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell)
 {
     const Place& place = places_[lane];
     PacketHits& hits = hits_[place.packet];
-    hits.record(place.lane, root, {traversal_.slot, false, object_.primitive_id(cell)}, limits_[lane]);
+    hits.record(place.lane, root, {traversal_.slot, false, object_.primitive_id(cell)}, limits);
     hit_lanes_[place.packet] |= LaneMask{1} << place.lane;
     return hits.t_limit[place.lane];
 }

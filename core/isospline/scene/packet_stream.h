@@ -23,7 +23,7 @@ public:
 
 private:
     bool next(int lane, LatticeRayPacket& rays);
-    double record(int lane, const RootInCell& root, const glm::ivec3& cell);
+    double record(int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
     bool prepare_next_packet();
 
     /// The packet and the lane of a ray that is under way.
@@ -45,7 +45,6 @@ private:
     PreparedPacket prepared_;
     LatticeRayPacket local_;
     Place places_[packet_capacity];
-    RayLimits limits_[packet_capacity];
 };
 
 } // namespace isospline

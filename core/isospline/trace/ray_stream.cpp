@@ -1,5 +1,7 @@
 #include "isospline/trace/ray_stream.h"
 
+#include "isospline/spline/degree.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "isospline/trace/ray_stream.cpp"
 #include <hwy/foreach_target.h>
@@ -7,13 +9,13 @@
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
+#include "isospline/cell/candidate_cells-inl.h"
 #include "isospline/cell/lane_mask-inl.h"
 #include "isospline/trace/leaf-inl.h"
 
 #include <array>
 #include <bit>
 #include <limits>
-#include <type_traits>
 #include <utility>
 
 #ifndef ISOSPLINE_TRACE_RAY_STREAM_LANES
@@ -259,36 +261,24 @@ private:
         return first.from(offset.x, offset.y, offset.z);
     }
 
-    // Copies the coefficients of a ray's cell to its lane.
-    HWY_INLINE void copy_cell(const Walk& walk, int lane)
-    {
-        const Leaf& leaf = leaves_[walk.leaf];
-        const glm::ivec3 lower = leaf.first_cell() + child_position(walk.cell);
-        for (int axis = 0; axis < 3; ++axis)
-            cells_.lower[axis][lane] = lower[axis];
-        const CoefficientView cell = coefficients_of(walk);
-        auto* to = cells_.coefficients;
-        for (int k = 0; k <= Degree; ++k)
-            for (int j = 0; j <= Degree; ++j) {
-                const float* const row = cell.first + j * cell.row_stride + k * cell.slice_stride;
-                for (int i = 0; i <= Degree; ++i)
-                    (*to++)[lane] = row[i];
-            }
-    }
-
     // Solves the cells of all rays.
     HWY_INLINE void solve()
     {
         if (at_cell_ == 0)
             return;
         cells_.lanes = std::exchange(at_cell_, 0u);
-        for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u)
-            copy_cell(walks_[lowest_lane(rest)], lowest_lane(rest));
+        for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u) {
+            const int lane = lowest_lane(rest);
+            const Walk& walk = walks_[lane];
+            const glm::ivec3 lower = leaves_[walk.leaf].first_cell() + child_position(walk.cell);
+            copy_to_lane<Degree>(coefficients_of(walk), lower, lane, cells_);
+        }
         RootPacket roots;
         const LaneMask found = intersector_.first_roots(cells_, leaves_.threshold(), rays_, t_limit_, roots);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const int lane = lowest_lane(rest);
-            t_limit_[lane] = stream_.record(stream_.context, lane, roots.root(lane), cells_.lower_of(lane));
+            t_limit_[lane] =
+                stream_.record(stream_.context, lane, rays_.limits[lane], roots.root(lane), cells_.lower_of(lane));
             end_at(walks_[lane], end_single(t_limit_[lane]));
         }
         for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u) {
@@ -331,19 +321,18 @@ private:
     Walk walks_[capacity];
 };
 
-HWY_NOINLINE void TraceStream(const LeafTree& tree, const Leaves& leaves, float margin,
-                              const CellIntersector& intersector, const RayStream& stream)
+template <int Degree>
+HWY_NOINLINE void trace_stream_of_degree(const LeafTree& tree, const Leaves& leaves, float margin,
+                                         const CellIntersector& intersector, const RayStream& stream)
 {
-    const auto trace = [&](auto degree)
-                           HWY_ATTR { StreamTracer<degree>(tree, leaves, margin, intersector, stream).run(); };
-    switch (leaves.degree()) {
-    case 1:
-        return trace(std::integral_constant<int, 1>());
-    case 2:
-        return trace(std::integral_constant<int, 2>());
-    default:
-        return trace(std::integral_constant<int, 3>());
-    }
+    StreamTracer<Degree>(tree, leaves, margin, intersector, stream).run();
+}
+
+void TraceStream(const LeafTree& tree, const Leaves& leaves, float margin, const CellIntersector& intersector,
+                 const RayStream& stream)
+{
+    dispatch_degree(leaves.degree(),
+                    [&](auto n) { trace_stream_of_degree<n>(tree, leaves, margin, intersector, stream); });
 }
 
 } // namespace HWY_NAMESPACE

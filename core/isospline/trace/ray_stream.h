@@ -16,7 +16,7 @@ struct RayStream {
     /// Sets a lane to the next ray, with the part of it that cuts leave; returns false if no ray is left.
     bool (*next)(void* context, int lane, LatticeRayPacket& rays);
     /// Takes the first crossing in a cell. Returns the t beyond which no crossing of the ray counts any more.
-    double (*record)(void* context, int lane, const RootInCell& root, const glm::ivec3& cell);
+    double (*record)(void* context, int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
 };
 
 /// Traces rays through the tree. Sixteen rays are under way: while one waits for memory, the others go on. As soon as
