@@ -33,6 +33,12 @@ HWY_INLINE hn::Mask<D> to_mask(D d, LaneMask lanes, std::size_t first)
     return hn::LoadMaskBits(d, bytes);
 }
 
+// Of lanes that are not none.
+HWY_INLINE int lowest_lane(LaneMask lanes)
+{
+    return static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes));
+}
+
 template <class D>
 constexpr LaneMask all_lanes(D d)
 {

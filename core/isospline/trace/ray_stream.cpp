@@ -42,11 +42,6 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-HWY_INLINE int lowest_lane(LaneMask lanes)
-{
-    return static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes));
-}
-
 // Not below a ray's end, t >= 0.
 HWY_INLINE float end_single(double t)
 {
