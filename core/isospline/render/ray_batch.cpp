@@ -1,5 +1,6 @@
 #include "isospline/render/ray_batch.h"
 
+#include "isospline/scene/ray_caster.h"
 #include "isospline/scene/scene_snapshot.h"
 
 #include <glm/geometric.hpp>
@@ -30,7 +31,7 @@ glm::dvec3 RayBatch::origin(const SceneSnapshot& scene, std::size_t i, const glm
     return *known;
 }
 
-void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of)
+void append_hits_behind(RayBatch& batch, RayCaster& caster, const Absorption& absorption, const OpacityOf& opacity_of)
 {
     const std::size_t ray_count = batch.rays.size();
     std::vector<Ray> translucent;
@@ -43,7 +44,7 @@ void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const Opaci
     }
     std::vector<Crossing> crossings;
     std::vector<std::uint32_t> counts(translucent.size());
-    scene.list_intersections(translucent, crossings, counts, /*coherent=*/true);
+    caster.list(translucent, crossings, counts, &absorption);
 
     auto next = crossings.cbegin();
     auto count = counts.cbegin();
@@ -54,7 +55,7 @@ void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const Opaci
         const auto end = next + *count++;
         if (next != end || batch.weights[i] == 0.0)
             batch.hits[i].clear();
-        for (double transmittance = 1.0; next != end && transmittance > 0.0; ++next) {
+        for (double transmittance = 1.0; next != end && transmittance >= Absorption::least_visible; ++next) {
             const double opacity = opacity_of(next->hit, batch.rays[i]);
             const double weight = transmittance * opacity;
             transmittance *= 1.0 - opacity;

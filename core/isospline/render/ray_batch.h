@@ -14,6 +14,7 @@
 
 namespace isospline {
 
+class RayCaster;
 class SceneSnapshot;
 
 /// One ray through each of some pixels, and its first hit.
@@ -37,8 +38,8 @@ private:
     std::vector<std::array<std::optional<glm::dvec3>, 2>> origins_; ///< of each hit, inside and outside
 };
 
-/// Appends the hits of a batch's rays up to their first opaque surface. Surfaces of opacity 0 are ignored: if the first
-/// hit is on one, it is replaced by the next hit, or by a miss.
-void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of);
+/// Appends the hits of a batch's rays, as long as at least Absorption::least_visible of the light is left. Surfaces of
+/// opacity 0 are ignored: if the first hit is on one, it is replaced by the next hit, or by a miss.
+void append_hits_behind(RayBatch& batch, RayCaster& caster, const Absorption& absorption, const OpacityOf& opacity_of);
 
 } // namespace isospline

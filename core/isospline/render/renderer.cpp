@@ -170,7 +170,7 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
         }
         workspace.caster.cast(batch.rays, batch.hits);
         if (absorption_)
-            append_hits_behind(batch, scene_, opacities());
+            append_hits_behind(batch, workspace.caster, *absorption_, opacities());
 
         if (for_layers) {
             if (layers_.ambient_occlusion)

@@ -15,16 +15,19 @@ constexpr double halving = 0x1p40;
 
 constexpr double least_transmittance = 0.01;
 
+/// That of opaque surfaces: larger than any other.
+constexpr Absorption::Depth opaque = Absorption::Depth{1} << 46;
+
 Absorption::Depth depth_of(double opacity)
 {
-    if (!(opacity < 1.0 - least_transmittance))
-        return Absorption::darkness;
-    return std::llround(-halving * std::log2(1.0 - opacity));
+    return opacity < 1.0 ? std::llround(-halving * std::log2(1.0 - opacity)) : opaque;
 }
 
 } // namespace
 
 const Absorption::Depth Absorption::darkness = std::llround(-halving * std::log2(least_transmittance));
+// By more than a sum of depths and a product of opacities differ.
+const Absorption::Depth Absorption::invisibility = std::llround(-halving * std::log2(0.999 * least_visible));
 
 Absorption::Absorption(const SceneSnapshot& scene,
                        const std::function<std::optional<double>(std::uint32_t)>& even_opacity, OpacityOf opacity_of)

@@ -22,8 +22,12 @@ using OpacityOf = std::function<double(const Hit& hit, const Ray& ray)>;
 class Absorption {
 public:
     using Depth = std::int64_t;
-    /// Less than 1% of the light is left at this depth, and counts as none.
+    /// Less than 1% of the light is left at this depth, and counts as none in shadows.
     static const Depth darkness;
+    /// What is behind this depth is not seen: less than least_visible of its light is left.
+    static const Depth invisibility;
+    /// Less than half a step of a picture with 8 bits, which has sRGB's curve.
+    static constexpr double least_visible = 0x1p-13;
 
     /// `even_opacity` is the opacity of the object with a geometry id, or nothing if it differs from point to point:
     /// then `opacity_of` is called for each crossing.

@@ -230,11 +230,17 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
 {
     auto& query = static_cast<PacketQuery&>(*arguments.context);
     const unsigned int slot = query.instID[0];
-    query.enter(slot, *surface_, caps_);
     const unsigned int size = arguments.N;
-    LaneMask active = active_lanes(arguments.valid, size) & query.clip_leaves;
-    const bool of_caps = arguments.primID >= box_count();
+    LaneMask active = active_lanes(arguments.valid, size);
     float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments.rayhit, size), size, 0);
+    if (query.is_list) {
+        auto& list = static_cast<PacketOcclusion&>(query);
+        occluded_lanes(arguments.primID, active, list);
+        return list.end_rays(active, t_far);
+    }
+    query.enter(slot, *surface_, caps_);
+    active &= query.clip_leaves;
+    const bool of_caps = arguments.primID >= box_count();
     const LaneMask to_test = (of_caps ? active : active & query.enters_cap) & query.needs_caps;
     query.needs_caps &= ~to_test;
     for (LaneMask rest = to_test; rest != 0; rest &= rest - 1u) {

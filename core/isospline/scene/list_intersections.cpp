@@ -138,12 +138,8 @@ void SceneSnapshot::list_intersections(std::span<const Ray> rays, std::vector<Cr
                                        std::span<std::uint32_t> counts, bool coherent) const
 {
     check_one_per_ray("counts", rays.size(), counts.size());
-    if (coherent) {
-        RayCaster caster(*this, RayCaster::Rays::coherent);
-        return for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
-            caster.list(packet, first, crossings, counts.subspan(first));
-        });
-    }
+    if (coherent)
+        return RayCaster(*this, RayCaster::Rays::coherent).list(rays, crossings, counts);
     RayQuery query(impl_->instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;

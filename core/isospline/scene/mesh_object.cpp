@@ -123,12 +123,18 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
 {
     auto& query = static_cast<PacketQuery&>(*arguments.context);
     const std::uint32_t slot = query.instID[0], primitive = arguments.primID;
-    query.enter_mesh(slot);
     const unsigned int size = arguments.N;
-    const Triangle met = triangle(primitive);
-    const LanePassages found = passages(query.in_mesh, met, active_lanes(arguments.valid, size));
-
+    const LaneMask active = active_lanes(arguments.valid, size);
     RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
+    if (query.is_list) {
+        auto& list = static_cast<PacketOcclusion&>(query);
+        occluded_lanes(primitive, active, list);
+        return list.end_rays(active, &RTCRayN_tfar(rays, size, 0));
+    }
+    query.enter_mesh(slot);
+    const Triangle met = triangle(primitive);
+    const LanePassages found = passages(query.in_mesh, met, active);
+
     for (LaneMask rest = found.along_normal | found.against_normal; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const TriangleRay ray = query.in_mesh.ray(lane);

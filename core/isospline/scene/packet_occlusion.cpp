@@ -2,7 +2,9 @@
 
 #include "isospline/scene/isosurface_object.h"
 
+#include <algorithm>
 #include <bit>
+#include <iterator>
 
 namespace isospline {
 
@@ -35,9 +37,10 @@ bool PacketOcclusion::solve(const CandidateCells& cells)
     if (all != nullptr) {
         const auto list = [](void* context, int lane, const CrossingInCell& crossing, double t_begin) {
             const Visit& of = *static_cast<Visit*>(context);
-            of.query.all->of_ray[lane].push_back({crossing, t_begin, of.query.cached_slot, of.primitive(lane)});
+            of.query.list(lane, {crossing, t_begin, of.query.cached_slot, of.primitive(lane)});
         };
         intersector.visit_roots(cells, surface.threshold(), in_lattice, {list, &visit});
+        return absorption != nullptr; // limits may be lower
     } else if (const std::optional<Absorption::Depth>& each = absorption->depth(cached_slot)) {
         std::uint8_t counts[packet_capacity];
         const LaneMask found = intersector.count_roots(cells, surface.threshold(), in_lattice, counts);
@@ -85,9 +88,46 @@ void PacketOcclusion::cross(int lane, std::uint32_t slot, double t_given, std::u
 void PacketOcclusion::cross(int lane, std::uint32_t slot, std::uint32_t primitive, const TriangleHit& hit)
 {
     if (all != nullptr)
-        all->of_ray[lane].push_back({hit, hit.t, slot, primitive});
+        list(lane, {hit, hit.t, slot, primitive});
     else
         cross(lane, slot, hit.t, primitive);
+}
+
+void PacketOcclusion::list(int lane, const RawCrossing& crossing)
+{
+    std::vector<RawCrossing>& listed = all->of_ray[lane];
+    listed.push_back(crossing);
+    if (absorption == nullptr)
+        return;
+    depth[lane] += depth_of(crossing);
+    if (depth[lane] < largest_depth[lane])
+        return;
+    // The depth is reached at this crossing, or before it: the limit only decreases as more are found.
+    const RayLimits limits = prepared.limits[lane];
+    const auto last_t = [&](const RawCrossing& of) {
+        const auto* const triangle = std::get_if<TriangleHit>(&of.found);
+        // Triangles whose order along the ray rounding leaves open stay together.
+        return last_equal_t(triangle ? limits.moved_t(of.t() + 8.0 * triangle->t_error) : of.t(), limits);
+    };
+    std::sort(listed.begin(), listed.end(),
+              [&](const RawCrossing& a, const RawCrossing& b) { return last_t(a) < last_t(b); });
+    Absorption::Depth sum = 0;
+    auto end = listed.begin();
+    while (sum < largest_depth[lane])
+        sum += depth_of(*end++);
+    t_limit[lane] = last_t(*std::prev(end));
+    while (end != listed.end() && last_t(*end) <= t_limit[lane])
+        sum += depth_of(*end++);
+    listed.erase(end, listed.end());
+    depth[lane] = sum;
+}
+
+void PacketOcclusion::end_rays(LaneMask lanes, float* t_far) const
+{
+    for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        t_far[lane] = std::min(t_far[lane], rounded_up(t_limit[lane]));
+    }
 }
 
 LaneMask PacketOcclusion::without_caps(std::uint32_t slot, LaneMask lanes)

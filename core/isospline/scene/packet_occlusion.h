@@ -19,9 +19,10 @@ class IsosurfaceObject;
 /// are collected, and solved together as soon as one ray has two.
 ///
 /// Through translucent surfaces, it needs all crossings, each once, up to the largest depth; and for lists, all of
-/// them.
+/// them. For lists of what is seen, it takes part in the search for first hits, and a ray ends behind the crossing
+/// where the largest depth is reached.
 struct PacketOcclusion : PacketQuery {
-    using PacketQuery::PacketQuery;
+    explicit PacketOcclusion(Instances instances_by_slot) : PacketQuery(instances_by_slot) { is_list = true; }
 
     void begin(const RayPacket& rays, LaneMask used_lanes)
     {
@@ -42,6 +43,8 @@ struct PacketOcclusion : PacketQuery {
     void test(unsigned int primitive, LaneMask lanes);
     /// Solves the waiting cells.
     void finish();
+    /// Ends Embree's rays where nothing more is listed of them.
+    void end_rays(LaneMask lanes, float* t_far) const;
     /// Nothing more is asked of occluded rays.
     void set_occluded(LaneMask lanes);
 
@@ -63,7 +66,7 @@ struct PacketOcclusion : PacketQuery {
     LaneMask without_caps(std::uint32_t slot, LaneMask lanes);
 
     const Absorption* absorption = nullptr; ///< if given, crossings absorb light, and the largest depth is occlusion
-    RawCrossings* all = nullptr;            ///< if given, gets all crossings, and none occludes a ray
+    RawCrossings* all = nullptr; ///< if given, gets all crossings, and none occludes a ray; up to the largest depth
     LaneMask occluded = 0;
     LaneMask undecided = 0;                                    ///< occluded lanes whose crossings have to be listed
     Absorption::Depth depth[PreparedPacket::capacity] = {};    ///< of all crossings so far, at most the largest
@@ -72,6 +75,11 @@ struct PacketOcclusion : PacketQuery {
 private:
     bool solve(const CandidateCells& cells);
     void absorb(int lane, Absorption::Depth added);
+    void list(int lane, const RawCrossing& crossing);
+    Absorption::Depth depth_of(const RawCrossing& crossing) const
+    {
+        return absorption->depth(crossing.slot).value_or(0);
+    }
     void list_chords();
 
     const IsosurfaceObject* object_ = nullptr; ///< that rays are in

@@ -67,9 +67,14 @@ public:
                    std::span<double> transmitted, std::span<const double> thresholds = {});
 
     /// Appends the crossings of each ray of a packet, as list_intersections() of the snapshot does. For coherent rays
-    /// alone. Throws like cast().
+    /// alone. Throws like cast(). With an absorption, crossings behind which less than Absorption::least_visible of the
+    /// light is left may be left out.
     void list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
-              std::span<std::uint32_t> counts);
+              std::span<std::uint32_t> counts, const Absorption* absorption = nullptr);
+
+    /// The same for any number of rays.
+    void list(std::span<const Ray> rays, std::vector<Crossing>& crossings, std::span<std::uint32_t> counts,
+              const Absorption* absorption = nullptr);
 
 private:
     struct Impl;

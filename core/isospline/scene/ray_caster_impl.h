@@ -136,7 +136,10 @@ struct RayCaster::Impl {
 
     template <int Size>
     void list_packet(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
-                     std::span<std::uint32_t> counts);
+                     std::span<std::uint32_t> counts, const Absorption* absorption);
+    /// Finds the crossings of a packet that are seen, as find_occlusions() finds all.
+    template <int Size>
+    LaneMask find_visible(const RayPacket& rays, std::size_t index, const Absorption& absorption);
 
     /// The depth of all crossings of a ray with what shadow rays see.
     Absorption::Depth listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const;
@@ -150,9 +153,15 @@ struct RayCaster::Impl {
     PreparedPacket prepared;
     LatticeRayPacket local;              ///< in the space of the only instance
     std::vector<PacketHits> stream_hits; ///< of the packets of a stream
+    /// The query of occlusions, which is made when it is needed.
+    PacketOcclusion& occlusion()
+    {
+        return packet_occlusion ? *packet_occlusion : packet_occlusion.emplace(scene.instances);
+    }
+
     std::optional<PacketQuery> packet_query;
-    std::optional<PacketOcclusion> packet_occlusion; ///< made when it is needed
-    RawCrossings all;                                ///< of a packet
+    std::optional<PacketOcclusion> packet_occlusion;
+    RawCrossings all; ///< of a packet
 };
 
 template <int Size, class Packet, class EmbreeRays>

@@ -44,9 +44,7 @@ LaneMask RayCaster::Impl::find_occlusions(const Traversal& traversal, const RayP
                                           const Absorption* absorption, std::span<const double> thresholds,
                                           RawCrossings* crossings)
 {
-    if (!packet_occlusion)
-        packet_occlusion.emplace(scene.instances);
-    PacketOcclusion& packet = *packet_occlusion;
+    PacketOcclusion& packet = occlusion();
     packet.absorption = absorption;
     packet.all = crossings;
     alignas(64) RTCRayNt<Size> ready;
@@ -94,10 +92,29 @@ Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t inde
 }
 
 template <int Size>
-void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
-                                  std::span<std::uint32_t> counts)
+LaneMask RayCaster::Impl::find_visible(const RayPacket& rays, std::size_t index, const Absorption& absorption)
 {
-    const LaneMask used = find_occlusions<Size>(camera, rays, index, nullptr, {}, &all);
+    PacketOcclusion& packet = occlusion();
+    packet.absorption = &absorption;
+    packet.all = &all;
+    alignas(64) RTCRayHitNt<Size> ready;
+    const LaneMask used = begin<Size>(camera, rays, index, packet, ready);
+    if (used == 0)
+        return 0;
+    std::fill_n(packet.largest_depth, Size, Absorption::invisibility);
+    const ValidLanes<Size> valid(used);
+    embree::intersect_coherent(camera.scene, packet, valid.flags, ready);
+    packet.rethrow();
+    packet.finish();
+    return used;
+}
+
+template <int Size>
+void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
+                                  std::span<std::uint32_t> counts, const Absorption* absorption)
+{
+    const LaneMask used = absorption != nullptr ? find_visible<Size>(rays, index, *absorption)
+                                                : find_occlusions<Size>(camera, rays, index, nullptr, {}, &all);
     std::vector<ListedCrossing> of_ray;
     for (int lane = 0; lane < rays.count; ++lane) {
         of_ray.clear();
@@ -130,12 +147,21 @@ void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorp
 }
 
 void RayCaster::list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
-                     std::span<std::uint32_t> counts)
+                     std::span<std::uint32_t> counts, const Absorption* absorption)
 {
     check_packet(rays, width(), counts.size());
     impl_->ray_count += static_cast<unsigned int>(rays.count);
     dispatch_packet_size(impl_->packet_size,
-                         [&](auto size) { impl_->list_packet<size>(rays, index, crossings, counts); });
+                         [&](auto size) { impl_->list_packet<size>(rays, index, crossings, counts, absorption); });
+}
+
+void RayCaster::list(std::span<const Ray> rays, std::vector<Crossing>& crossings, std::span<std::uint32_t> counts,
+                     const Absorption* absorption)
+{
+    check_one_per_ray("counts", rays.size(), counts.size());
+    for_each_packet(rays, width(), [&](const RayPacket& packet, std::size_t first) {
+        list(packet, first, crossings, counts.subspan(first), absorption);
+    });
 }
 
 void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded, bool coherent) const

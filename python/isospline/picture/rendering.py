@@ -70,9 +70,9 @@ def render(
         of its noise as a layer. A dict has a `Phong`, `Outline` or `AmbientOcclusion` for some objects; the others have
         ``Phong()``. Objects have the look that they were made with, ``Isosurface(..., color=, opacity=)`` or
         ``material=``, unless the dict has another one; without any, they have that of the light. If opacities are below
-        1, all crossings of a ray, entering and leaving, are composited front to back by the over operator, in the exact
-        order of `Scene.list_intersections`, up to the first opaque surface. Shadows and ambient occlusion are
-        attenuated by opacities.
+        1, the crossings of a ray, entering and leaving, are composited front to back by the over operator, in the exact
+        order of `Scene.list_intersections`, until less than 1/8192 of the light is left. Shadows and ambient occlusion
+        are attenuated by opacities.
     environment : path, (height, width, 3) array, float, (3,) float or EnvironmentLight, optional
         The light from all around, for path tracing, which is the default with it: an equirectangular panorama, as an
         .exr or .hdr file or an array, or a brightness or colour. A panorama stands upright: its zenith is +z, or the

@@ -6,12 +6,14 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/scene/absorption.h"
+#include "isospline/scene/ray_caster.h"
 #include "isospline/scene/scene.h"
 
 #include <glm/ext/matrix_transform.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
@@ -130,10 +132,40 @@ void require_same_lists(const std::vector<Ray>& rays, const SceneSnapshot& scene
     REQUIRE(std::equal(single.begin(), single.end(), coherent.begin(), coherent.end(), is_same));
 }
 
+/// Lists of what is seen begin like lists of all crossings, as long as light is left, and end soon after.
+void require_visible_lists(const std::vector<Ray>& rays, const SceneSnapshot& scene,
+                           const std::function<std::optional<double>(std::uint32_t)>& opacity)
+{
+    std::vector<Crossing> all, seen;
+    std::vector<std::uint32_t> counts(rays.size()), seen_counts(rays.size());
+    scene.list_intersections(rays, all, counts);
+    const Absorption absorption(scene, opacity, opacity_of);
+    RayCaster(scene, RayCaster::Rays::coherent).list(rays, seen, seen_counts, &absorption);
+    auto crossing = all.begin(), listed = seen.begin();
+    std::size_t wrong = 0, needed_count = 0, decided_count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        std::size_t needed = 0;
+        for (double left = 1.0; needed < counts[i] && left >= Absorption::least_visible; ++needed)
+            left *= 1.0 - opacity(crossing[static_cast<std::ptrdiff_t>(needed)].hit.geometry_id).value_or(0.0);
+        const auto needed_end = crossing + static_cast<std::ptrdiff_t>(needed);
+        wrong += seen_counts[i] < needed || !std::equal(crossing, needed_end, listed, is_same);
+        needed_count += needed;
+        decided_count += counts[i];
+        crossing += counts[i];
+        listed += seen_counts[i];
+    }
+    REQUIRE(wrong == 0);
+    REQUIRE(seen.size() >= needed_count);
+    REQUIRE(seen.size() - needed_count <= (decided_count - needed_count) / 4);
+}
+
 void require_same(const std::vector<Ray>& rays, const SceneSnapshot& scene)
 {
     require_product(rays, scene);
     require_same_lists(rays, scene);
+    require_visible_lists(rays, scene, even_opacity);
+    require_visible_lists(rays, scene, [](std::uint32_t id) { return id % 2 == 0 ? 0.95 : 0.2; });
+    require_visible_lists(rays, scene, [](std::uint32_t id) { return id % 2 == 0 ? 0.4 : 1.0; });
     const std::vector<std::uint8_t> single = occlusions(scene, rays, false);
     const auto occluded = static_cast<std::size_t>(std::count(single.begin(), single.end(), 1));
     REQUIRE(occluded > rays.size() / 10);
