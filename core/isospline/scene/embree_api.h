@@ -117,6 +117,7 @@ inline void intersect_coherent(RTCScene scene, QueryContext& context, const int*
 template <int Size>
 inline void occluded(RTCScene scene, QueryContext& context, const int* valid, RTCRayNt<Size>& packet)
 {
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT; // it may be coherent from another query
     if constexpr (Size == 16)
         rtcOccluded16(valid, scene, &context, reinterpret_cast<RTCRay16*>(&packet));
     else if constexpr (Size == 8)
