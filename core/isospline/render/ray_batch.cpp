@@ -55,7 +55,8 @@ void append_hits_behind(RayBatch& batch, RayCaster& caster, const Absorption& ab
         const auto end = next + *count++;
         if (next != end || batch.weights[i] == 0.0)
             batch.hits[i].clear();
-        for (double transmittance = 1.0; next != end && transmittance >= Absorption::least_visible; ++next) {
+        double transmittance = 1.0;
+        for (; next != end && transmittance >= Absorption::least_visible; ++next) {
             const double opacity = opacity_of(next->hit, batch.rays[i]);
             const double weight = transmittance * opacity;
             transmittance *= 1.0 - opacity;
@@ -72,6 +73,9 @@ void append_hits_behind(RayBatch& batch, RayCaster& caster, const Absorption& ab
             batch.hits.push_back(next->hit);
         }
         next = end;
+        // Nothing is seen through: the last surface has what is left.
+        if (transmittance < Absorption::least_visible)
+            (batch.hits.size() > batch.behind.back() ? batch.weights.back() : batch.weights[i]) += transmittance;
     }
     batch.behind.push_back(batch.hits.size());
 }

@@ -26,7 +26,7 @@ Absorption::Depth depth_of(double opacity)
 } // namespace
 
 const Absorption::Depth Absorption::darkness = std::llround(-halving * std::log2(least_transmittance));
-// By more than a sum of depths and a product of opacities differ.
+// The factor is more than the rounding of a sum of depths.
 const Absorption::Depth Absorption::invisibility = std::llround(-halving * std::log2(0.999 * least_visible));
 
 Absorption::Absorption(const SceneSnapshot& scene,

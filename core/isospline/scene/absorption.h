@@ -26,7 +26,7 @@ public:
     static const Depth darkness;
     /// What is behind this depth is not seen: less than least_visible of its light is left.
     static const Depth invisibility;
-    /// Less than half a step of a picture with 8 bits, which has sRGB's curve.
+    /// Of colours up to 1, this is less than half a step of a picture with 8 bits, which has sRGB's curve.
     static constexpr double least_visible = 0x1p-13;
 
     /// `even_opacity` is the opacity of the object with a geometry id, or nothing if it differs from point to point:

@@ -233,7 +233,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     const unsigned int size = arguments.N;
     LaneMask active = active_lanes(arguments.valid, size);
     float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments.rayhit, size), size, 0);
-    if (query.is_list) {
+    if (query.is_occlusion) {
         auto& list = static_cast<PacketOcclusion&>(query);
         occluded_lanes(arguments.primID, active, list);
         return list.end_rays(active, t_far);

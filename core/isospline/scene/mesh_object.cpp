@@ -126,7 +126,7 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
     const unsigned int size = arguments.N;
     const LaneMask active = active_lanes(arguments.valid, size);
     RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
-    if (query.is_list) {
+    if (query.is_occlusion) {
         auto& list = static_cast<PacketOcclusion&>(query);
         occluded_lanes(primitive, active, list);
         return list.end_rays(active, &RTCRayN_tfar(rays, size, 0));

@@ -40,8 +40,9 @@ bool PacketOcclusion::solve(const CandidateCells& cells)
             of.query.list(lane, {crossing, t_begin, of.query.cached_slot, of.primitive(lane)});
         };
         intersector.visit_roots(cells, surface.threshold(), in_lattice, {list, &visit});
-        return absorption != nullptr; // limits may be lower
-    } else if (const std::optional<Absorption::Depth>& each = absorption->depth(cached_slot)) {
+        return std::exchange(has_lowered_, false);
+    }
+    if (const std::optional<Absorption::Depth>& each = absorption->depth(cached_slot)) {
         std::uint8_t counts[packet_capacity];
         const LaneMask found = intersector.count_roots(cells, surface.threshold(), in_lattice, counts);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
@@ -96,19 +97,28 @@ void PacketOcclusion::cross(int lane, std::uint32_t slot, std::uint32_t primitiv
 void PacketOcclusion::list(int lane, const RawCrossing& crossing)
 {
     std::vector<RawCrossing>& listed = all->of_ray[lane];
-    listed.push_back(crossing);
     if (absorption == nullptr)
-        return;
-    depth[lane] += depth_of(crossing);
-    if (depth[lane] < largest_depth[lane])
-        return;
-    // The depth is reached at this crossing, or before it: the limit only decreases as more are found.
+        return listed.push_back(crossing);
+    // Rounding leaves the order of crossings open that are this near to each other.
     const RayLimits limits = prepared.limits[lane];
+    const auto first_t = [&](const RawCrossing& of) {
+        const auto* const triangle = std::get_if<TriangleHit>(&of.found);
+        return triangle ? limits.moved_t(of.t() - 8.0 * triangle->t_error) : of.t();
+    };
     const auto last_t = [&](const RawCrossing& of) {
         const auto* const triangle = std::get_if<TriangleHit>(&of.found);
-        // Triangles whose order along the ray rounding leaves open stay together.
         return last_equal_t(triangle ? limits.moved_t(of.t() + 8.0 * triangle->t_error) : of.t(), limits);
     };
+    const bool was_reached = depth[lane] == largest_depth[lane];
+    if (was_reached && first_t(crossing) > t_limit[lane])
+        return;
+    listed.push_back(crossing);
+    const Absorption::Depth added = depth_of(crossing);
+    depth[lane] = std::min(depth[lane] + added, largest_depth[lane]);
+    if (added == 0 || depth[lane] < largest_depth[lane])
+        return;
+
+    // The limit is where the crossings found so far reach the depth, and decreases as more are found.
     std::sort(listed.begin(), listed.end(),
               [&](const RawCrossing& a, const RawCrossing& b) { return last_t(a) < last_t(b); });
     Absorption::Depth sum = 0;
@@ -116,10 +126,8 @@ void PacketOcclusion::list(int lane, const RawCrossing& crossing)
     while (sum < largest_depth[lane])
         sum += depth_of(*end++);
     t_limit[lane] = last_t(*std::prev(end));
-    while (end != listed.end() && last_t(*end) <= t_limit[lane])
-        sum += depth_of(*end++);
-    listed.erase(end, listed.end());
-    depth[lane] = sum;
+    std::erase_if(listed, [&](const RawCrossing& of) { return first_t(of) > t_limit[lane]; });
+    has_lowered_ = true;
 }
 
 void PacketOcclusion::end_rays(LaneMask lanes, float* t_far) const
@@ -175,8 +183,11 @@ void PacketOcclusion::test(unsigned int primitive, LaneMask lanes)
     const auto solve_cells = [](void* context, const CandidateCells& cells) {
         return static_cast<PacketOcclusion*>(context)->solve(cells);
     };
-    if (lanes != 0)
-        object_->trace(primitive, in_lattice, lanes, {solve_cells, this, t_limit, &waiting_, &first_});
+    if (lanes == 0)
+        return;
+    // A brick that may be dropped keeps its coefficients only while the rays are in it.
+    CandidateCells* const waiting = object_->surface_->bricks().budget() == nullptr ? &waiting_ : nullptr;
+    object_->trace(primitive, in_lattice, lanes, {solve_cells, this, t_limit, waiting, &first_});
 }
 
 void PacketOcclusion::finish()

@@ -1,4 +1,4 @@
-// The query whether the rays of a packet are occluded.
+// The query whether the rays of a packet are occluded, how much light they lose, or what they cross.
 #pragma once
 
 #include "isospline/cell/candidate_cells.h"
@@ -22,7 +22,7 @@ class IsosurfaceObject;
 /// them. For lists of what is seen, it takes part in the search for first hits, and a ray ends behind the crossing
 /// where the largest depth is reached.
 struct PacketOcclusion : PacketQuery {
-    explicit PacketOcclusion(Instances instances_by_slot) : PacketQuery(instances_by_slot) { is_list = true; }
+    explicit PacketOcclusion(Instances instances_by_slot) : PacketQuery(instances_by_slot) { is_occlusion = true; }
 
     void begin(const RayPacket& rays, LaneMask used_lanes)
     {
@@ -66,7 +66,8 @@ struct PacketOcclusion : PacketQuery {
     LaneMask without_caps(std::uint32_t slot, LaneMask lanes);
 
     const Absorption* absorption = nullptr; ///< if given, crossings absorb light, and the largest depth is occlusion
-    RawCrossings* all = nullptr; ///< if given, gets all crossings, and none occludes a ray; up to the largest depth
+    /// If given, gets all crossings, or with an absorption those up to the largest depth; none occludes a ray.
+    RawCrossings* all = nullptr;
     LaneMask occluded = 0;
     LaneMask undecided = 0;                                    ///< occluded lanes whose crossings have to be listed
     Absorption::Depth depth[PreparedPacket::capacity] = {};    ///< of all crossings so far, at most the largest
@@ -83,6 +84,7 @@ private:
     void list_chords();
 
     const IsosurfaceObject* object_ = nullptr; ///< that rays are in
+    bool has_lowered_ = false;                 ///< whether list() has lowered a limit
     FirstCells first_;                         ///< solved
     CandidateCells waiting_;
     std::vector<std::pair<std::uint32_t, LaneMask>> capped_; ///< by slot, lanes whose caps are known

@@ -97,6 +97,16 @@ struct RayCaster::Impl {
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
+    void check_coherent() const
+    {
+        if (packet_size == 0)
+            throw_invalid("rays", "a caster of coherent rays", "one of incoherent rays");
+    }
+    /// The query of occlusions, which is made when it is needed.
+    PacketOcclusion& occlusion()
+    {
+        return packet_occlusion ? *packet_occlusion : packet_occlusion.emplace(scene.instances);
+    }
     /// Begins the query of a prepared ray, and returns the ray for Embree.
     Ray begin(const Traversal& traversal, const Ray& given, int lane);
     /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
@@ -141,6 +151,8 @@ struct RayCaster::Impl {
     template <int Size>
     LaneMask find_visible(const RayPacket& rays, std::size_t index, const Absorption& absorption);
 
+    /// Lists the crossings of one ray.
+    void list_single(RTCScene top, const Ray& ray, std::size_t index, std::vector<ListedCrossing>& crossings) const;
     /// The depth of all crossings of a ray with what shadow rays see.
     Absorption::Depth listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const;
 
@@ -153,12 +165,6 @@ struct RayCaster::Impl {
     PreparedPacket prepared;
     LatticeRayPacket local;              ///< in the space of the only instance
     std::vector<PacketHits> stream_hits; ///< of the packets of a stream
-    /// The query of occlusions, which is made when it is needed.
-    PacketOcclusion& occlusion()
-    {
-        return packet_occlusion ? *packet_occlusion : packet_occlusion.emplace(scene.instances);
-    }
-
     std::optional<PacketQuery> packet_query;
     std::optional<PacketOcclusion> packet_occlusion;
     RawCrossings all; ///< of a packet

@@ -78,13 +78,19 @@ void RayCaster::Impl::attenuate_packet(const RayPacket& rays, std::size_t index,
     }
 }
 
-Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const
+void RayCaster::Impl::list_single(RTCScene top, const Ray& ray, std::size_t index,
+                                  std::vector<ListedCrossing>& crossings) const
 {
     RayQuery of_all(scene.instances);
     std::vector<RawCrossing> raw;
     of_all.all = &raw;
+    scene.list(top, ray, index, of_all, crossings);
+}
+
+Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const
+{
     std::vector<ListedCrossing> crossings;
-    scene.list(scene.shadow_top(), ray, index, of_all, crossings);
+    list_single(scene.shadow_top(), ray, index, crossings);
     Absorption::Depth depth = 0;
     for (const ListedCrossing& listed : crossings)
         depth = std::min(depth + absorption.depth(listed.crossing.hit, ray), Absorption::darkness);
@@ -115,12 +121,18 @@ void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std:
 {
     const LaneMask used = absorption != nullptr ? find_visible<Size>(rays, index, *absorption)
                                                 : find_occlusions<Size>(camera, rays, index, nullptr, {}, &all);
+    // Where a surface's crossings decide on its caps, they are needed even if they are not seen.
+    const auto is_certain = [](const ChordOfInstance& of) { return of.chord.certain_ends(*of.surface).has_value(); };
     std::vector<ListedCrossing> of_ray;
     for (int lane = 0; lane < rays.count; ++lane) {
         of_ray.clear();
-        if ((used >> lane & 1u) != 0)
-            scene.list(rays.ray(lane), packet_occlusion->prepared[lane], all.of_ray[lane], all.chords_of_ray[lane],
-                       of_ray);
+        const std::vector<ChordOfInstance>& chords = all.chords_of_ray[lane];
+        const Ray ray = rays.ray(lane);
+        const bool is_used = (used >> lane & 1u) != 0;
+        if (is_used && absorption != nullptr && !std::ranges::all_of(chords, is_certain))
+            list_single(scene.camera_top.get(), ray, index + static_cast<std::size_t>(lane), of_ray);
+        else if (is_used)
+            scene.list(ray, packet_occlusion->prepared[lane], all.of_ray[lane], chords, of_ray);
         append_list(of_ray, crossings, counts[static_cast<std::size_t>(lane)]);
     }
 }
@@ -137,6 +149,7 @@ LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
 void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
                           std::span<double> transmitted, std::span<const double> thresholds)
 {
+    impl_->check_coherent();
     check_packet(rays, width(), transmitted.size());
     if (!thresholds.empty())
         check_one_per_ray("thresholds", static_cast<std::size_t>(rays.count), thresholds.size());
@@ -149,6 +162,7 @@ void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorp
 void RayCaster::list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
                      std::span<std::uint32_t> counts, const Absorption* absorption)
 {
+    impl_->check_coherent();
     check_packet(rays, width(), counts.size());
     impl_->ray_count += static_cast<unsigned int>(rays.count);
     dispatch_packet_size(impl_->packet_size,

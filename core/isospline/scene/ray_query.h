@@ -366,7 +366,7 @@ struct PacketQuery : Query, PacketHits {
     void enter_mesh(std::uint32_t slot);
 
     Instances instances;
-    bool is_list = false; ///< whether it is a PacketOcclusion, which lists crossings
+    bool is_occlusion = false; ///< whether it is a PacketOcclusion
     const RayPacket* given = nullptr;
     PreparedPacket prepared;
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;

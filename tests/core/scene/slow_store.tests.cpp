@@ -4,6 +4,7 @@
 #include "counting_source.h"
 #include "volumes.h"
 
+#include "isospline/scene/absorption.h"
 #include "isospline/scene/scene.h"
 
 #include <atomic>
@@ -132,4 +133,41 @@ TEST_CASE("nobody waits for another thread's disk", "[scene][threads]")
     REQUIRE(forks);
     other_surface->set_level(0.2);
     REQUIRE(*other_t == distances(other));
+}
+
+TEST_CASE("bricks that other threads drop change neither lists nor light", "[scene][threads]")
+{
+    const auto in_memory = noise_volume({40, 40, 40}, 2);
+    const auto source = std::make_shared<CountingSource>(in_memory, 20'000); // less than threads read at a time
+    Scene expected, stored;
+    expected.add(std::make_shared<Isosurface>(in_memory, 0.1));
+    stored.add(std::make_shared<Isosurface>(volume_of(source, *in_memory), 0.1));
+    const std::vector<Ray> rays = parallel_rays();
+    const auto ask = [&rays](const SceneSnapshot& scene) {
+        std::vector<Crossing> crossings;
+        std::vector<std::uint32_t> counts(rays.size());
+        scene.list_intersections(rays, crossings, counts, /*coherent=*/true);
+        std::vector<double> answers;
+        for (const Crossing& crossing : crossings)
+            answers.push_back(crossing.hit.t);
+        const Absorption absorption(
+            scene, [](std::uint32_t) { return 0.05; }, [](const Hit&, const Ray&) { return 0.05; });
+        std::vector<double> transmitted(rays.size());
+        scene.attenuate_rays(rays, absorption, transmitted);
+        answers.insert(answers.end(), transmitted.begin(), transmitted.end());
+        return answers;
+    };
+    const std::vector<double> all = ask(*expected.snapshot());
+    const auto snapshot = stored.snapshot();
+    std::vector<std::future<int>> threads;
+    for (int thread = 0; thread < 4; ++thread)
+        threads.push_back(std::async(std::launch::async, [&] {
+            int wrong = 0;
+            for (int time = 0; time < 10; ++time)
+                wrong += ask(*snapshot) != all;
+            return wrong;
+        }));
+    for (auto& thread : threads)
+        CHECK(thread.get() == 0);
+    REQUIRE(source->budget()->dropped() > 0);
 }
