@@ -78,6 +78,7 @@ def clusters_on(subject, store, settings, clusters, distributed, by_parts):
                     client=client,
                     size=settings.size,
                     samples=SAMPLES,
+                    light="phong",
                     tile_size=(TILE, TILE),
                     by=by,
                     parts=PARTS if by == "parts" else None,
