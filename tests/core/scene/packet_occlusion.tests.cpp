@@ -268,7 +268,7 @@ TEST_CASE("coherent rays to a light: instances and meshes", "[scene]")
 
 TEST_CASE("visible crossings are listed where nothing tells which one is first", "[scene]")
 {
-    // The lower triangles are the upper ones with their corners in another order, and a copy of the whole.
+    // The last three faces are the first two with their corners in another order. Both objects are there twice.
     const auto mesh = std::make_shared<Mesh>(
         std::vector<glm::dvec3>{{0.0, 0.0, 0.1}, {20.0, 0.0, 5.3}, {0.0, 20.0, 9.7}, {20.0, 20.0, 25.1}},
         std::vector<glm::uvec3>{{0, 1, 2}, {1, 3, 2}, {2, 0, 1}, {3, 2, 1}, {2, 1, 0}});
