@@ -1,9 +1,10 @@
-// The layers of images, by their Python names.
+// The layers, encodings and tone curves of images, by their Python names.
 #pragma once
 
 #include "arrays.h"
 
 #include "isospline/render/image.h"
+#include "isospline/render/tone.h"
 
 #include <array>
 #include <optional>
@@ -27,6 +28,9 @@ inline constexpr Named<bool Layers::*> layer_names[] = {
 
 inline const EnumWords<ColorEncoding> color_encodings{{"linear", ColorEncoding::linear},
                                                       {"srgb8", ColorEncoding::srgb8}};
+
+inline const EnumWords<ToneCurve> tone_curves{
+    {"neutral", ToneCurve::neutral}, {"aces", ToneCurve::aces}, {"linear", ToneCurve::linear}};
 
 /// First column and row, width and height; nothing means the whole picture.
 using Crop = std::optional<std::array<int, 4>>;

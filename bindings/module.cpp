@@ -79,6 +79,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_camera(module);
     isospline::bind_environment(module);
     isospline::bind_color_rules(module);
+    isospline::bind_image(module);
     isospline::bind_render(module);
     isospline::bind_interleaved(module);
     isospline::bind_path_tracer(module);

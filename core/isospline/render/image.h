@@ -39,6 +39,13 @@ struct Layers {
 struct Window {
     glm::ivec2 first{0}; ///< column and row of its top left pixel
     glm::ivec2 size{0};
+
+    /// The number of a pixel of the picture among those of the window, row by row.
+    std::size_t number(const glm::ivec2& pixel) const
+    {
+        const glm::vec<2, std::size_t> place(pixel - first);
+        return place.y * static_cast<std::size_t>(size.x) + place.x;
+    }
 };
 
 /// The storage of colour.
@@ -85,6 +92,21 @@ struct Image {
         else
             srgb8[pixel] = to_srgb8(premultiplied);
     }
+
+    /// A linear image of the same pixels without layers, in which all rays missed.
+    Image blank() const
+    {
+        Image image = Image(size);
+        image.full_size = full_size;
+        image.first = first;
+        image.world_to_camera = world_to_camera;
+        image.world_to_ndc = world_to_ndc;
+        image.pixel_aspect_ratio = pixel_aspect_ratio;
+        return image;
+    }
+
+    /// Whether the stored colour is of a surface or of a background.
+    bool is_covered(std::size_t pixel) const { return srgb8.empty() ? color[pixel].a > 0.0f : srgb8[pixel].a > 0; }
 
     glm::ivec2 size{0};
     std::vector<glm::vec4> color;             ///< linear, premultiplied by coverage, the last component

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace isospline {
@@ -37,9 +38,28 @@ void validate(const Layers& layers)
         throw_invalid("ambient_occlusion_samples", "rays a hit, from 1 to 65536", layers.ambient_occlusion_samples);
 }
 
+Fragments::Fragments(std::span<const PixelSample> samples, std::size_t pixel_count)
+    : t(samples.size() * pixel_count, std::numeric_limits<double>::infinity()), geometry_ids(t.size(), invalid_id),
+      primitive_ids(t.size(), invalid_primitive_id), colors(t.size(), glm::dvec3(0.0))
+{
+    for (const PixelSample& sample : samples)
+        weights.push_back(sample.weight);
+}
+
+void Fragments::set_hit(std::size_t place, const Hit& hit)
+{
+    t[place] = hit.t;
+    geometry_ids[place] = hit.geometry_id;
+    primitive_ids[place] = hit.primitive_id;
+}
+
 std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> further)
 {
     const glm::ivec2 size = rendered_window(options.crop, options.size).size;
+    const double in_window = options.mask.empty()
+                                 ? static_cast<double>(size.x) * size.y
+                                 : static_cast<double>(options.mask.size()) -
+                                       static_cast<double>(std::count(options.mask.begin(), options.mask.end(), 0));
     const auto of_look = [](const Look& look) {
         double most = 0.0;
         const auto add = [&](const Shading& shading) {
@@ -64,7 +84,8 @@ std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> furt
     for (const Look& look : further)
         rays += of_look(look);
     // Numbers that are refused later may be negative.
-    return static_cast<std::uint64_t>(std::max(0.0, rays * size.x * size.y * options.samples));
+    return static_cast<std::uint64_t>(
+        std::max(0.0, rays * in_window * options.samples / (options.step * options.step)));
 }
 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers, ColorEncoding encoding)
@@ -88,6 +109,8 @@ void validate(const RenderOptions& options, bool is_part)
     const glm::vec<2, std::size_t> window(rendered_window(options.crop, options.size).size);
     if (!options.mask.empty() && options.mask.size() != window.x * window.y)
         throw_invalid("mask", "a number for each pixel of the window", options.mask.size());
+    if (options.step < 1)
+        throw_invalid("step", "a number of at least 1", options.step);
     if (options.layers.certified && is_part)
         throw_invalid("layers", "certified of whole scenes only", "certified of a part");
 }

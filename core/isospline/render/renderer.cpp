@@ -48,16 +48,21 @@ struct Workspace {
 /// A picture in progress; its tiles may be rendered in any order and by any thread.
 class Renderer {
 public:
-    /// `fragments` are filled as well, if they are not null.
+    /// `given` are the images of all looks; without any, there are new ones. `fragments` are filled as well, if they
+    /// are not null.
     Renderer(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
-             std::span<const Look> further, Fragments* fragments)
+             std::span<const Look> further, Fragments* fragments, std::span<Image* const> given = {})
         : scene_(scene), lookup_(scene), projection_(camera, options.size),
           window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
-          tone_(options.tone), shadow_rays_(options.shadow_rays), tiles_(window_.size, options.mask),
-          fragments_(fragments)
+          tone_(options.tone), shadow_rays_(options.shadow_rays), step_(options.step),
+          tiles_(window_.size, options.mask, step_, glm::ivec2((step_ - window_.first % step_) % step_)),
+          fragments_(fragments), images_(given.begin(), given.end())
     {
         validate(options, fragments != nullptr);
+        for (const Image* const image : given)
+            if (image->size != window_.size || given.size() != further.size() + 1)
+                throw_invalid("images", "one of the window's size for each look", image->pixel_count());
         if (layers_.certified)
             certifier_.emplace(scene, &SeenBy::camera, "layers");
         const DepthRange depths = [&] {
@@ -71,9 +76,12 @@ public:
         if (!looks_[0].all_opaque())
             absorption_.emplace(
                 scene, [this](std::uint32_t id) { return looks_[0].of(id).even_opacity; }, opacities());
-        for (const Appearances& look : looks_)
-            images_.push_back(
-                blank_image(projection_, window_, &look == &looks_[0] ? layers_ : Layers(), options.encoding));
+        new_images_.reserve(looks_.size());
+        while (images_.size() < looks_.size()) {
+            const Layers layers = images_.empty() ? layers_ : Layers();
+            new_images_.push_back(blank_image(projection_, window_, layers, options.encoding));
+            images_.push_back(&new_images_.back());
+        }
         if (fragments)
             prepare_fragments();
     }
@@ -82,20 +90,15 @@ public:
 
     void render_tile(std::size_t tile, Workspace& workspace);
 
+    /// Ends the images; returns the new ones.
     std::vector<Image> take_images() &&
     {
-        for (Image& image : images_)
-            image.covered_count = covered_count_;
-        return std::move(images_);
+        for (Image* const image : images_)
+            image->covered_count += covered_count_;
+        return std::move(new_images_);
     }
 
 private:
-    std::size_t index(const glm::ivec2& pixel) const
-    {
-        const glm::vec<2, std::size_t> place(pixel - window_.first);
-        return place.y * static_cast<std::size_t>(window_.size.x) + place.x;
-    }
-
     SurfacePoint point_of(const Hit& hit, const Ray& ray, bool with_curvature) const
     {
         SurfacePoint point{hit.position, hit.normal, -glm::normalize(ray.direction), projection_.depth(hit.position)};
@@ -117,7 +120,7 @@ private:
 
     std::size_t fragment(std::size_t sample, const glm::ivec2& pixel) const
     {
-        return sample * images_[0].pixel_count() + index(pixel);
+        return sample * images_[0]->pixel_count() + window_.number(pixel);
     }
 
     void prepare_fragments();
@@ -139,9 +142,11 @@ private:
     glm::vec4 background_;
     std::optional<ToneCurve> tone_;
     ShadowRays shadow_rays_;
-    Tiles tiles_;               ///< of the window
-    std::vector<Image> images_; ///< in each look
+    int step_;
+    Tiles tiles_; ///< of the window
     Fragments* fragments_;
+    std::vector<Image> new_images_;
+    std::vector<Image*> images_;              ///< in each look
     std::optional<SceneCertifier> certifier_; ///< for the layer
     std::atomic<std::size_t> covered_count_ = 0;
 };
@@ -178,10 +183,11 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
             if (certifier_)
                 certifier_->certify(std::span(batch.rays).first(ray_count), batch.hits, workspace.proven);
             for (std::size_t i = 0; certifier_ && i < ray_count; ++i)
-                images_[0].certified[index(batch.pixels[i])] = static_cast<std::uint32_t>(workspace.proven[i].status);
+                images_[0]->certified[window_.number(batch.pixels[i])] =
+                    static_cast<std::uint32_t>(workspace.proven[i].status);
             for (std::size_t i = 0; i < ray_count; ++i)
                 if (batch.hits[i])
-                    store_layers(index(batch.pixels[i]), batch.hits[i], batch.rays[i]);
+                    store_layers(window_.number(batch.pixels[i]), batch.hits[i], batch.rays[i]);
         }
         if (fragments_)
             store_fragments(number, batch);
@@ -201,13 +207,14 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
         }
     }
 
-    std::size_t covered_count = 0;
+    std::size_t covered_count = 0; // modulo 2^64: pixels that were covered before may not be so now
+    for (std::size_t i = 0; i < ray_count; ++i)
+        covered_count += static_cast<std::size_t>(workspace.colors_of_pixels[0][i].a > 0.0) -
+                         static_cast<std::size_t>(images_[0]->is_covered(window_.number(batch.pixels[i])));
+    covered_count_ += covered_count;
     for (std::size_t look = 0; look < looks_.size(); ++look)
         for (std::size_t i = 0; i < ray_count; ++i)
-            store_color(images_[look], index(batch.pixels[i]), workspace.colors_of_pixels[look][i]);
-    for (std::size_t i = 0; i < ray_count; ++i)
-        covered_count += workspace.colors_of_pixels[0][i].a > 0.0;
-    covered_count_ += covered_count;
+            store_color(*images_[look], window_.number(batch.pixels[i]), workspace.colors_of_pixels[look][i]);
 }
 
 /// The colours of all hits of a sample's batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
@@ -219,7 +226,7 @@ void Renderer::shade_hits(const Appearances& look, std::uint32_t sample, Workspa
         return std::pair(&look.of(hit.geometry_id).shading, normal);
     };
     const Visibility visibility = look.needs_visibility()
-                                      ? Visibility(scene_, batch, shading_at, absorption_, sample, shadow_rays_)
+                                      ? Visibility(scene_, batch, shading_at, absorption_, sample, shadow_rays_, step_)
                                       : Visibility();
     workspace.colors_of_hits.resize(batch.hits.size());
     const Phong* model = nullptr;
@@ -279,24 +286,13 @@ void Renderer::prepare_fragments()
     if (absorption_ || looks_[0].needs_visibility() || layers_.ambient_occlusion)
         throw_invalid("shading", "opaque surfaces without shadows and ambient occlusion for parts of a scene",
                       !absorption_ ? "another that casts shadow rays" : "an opacity below 1");
-    const std::size_t count = samples_.size() * images_[0].pixel_count();
-    *fragments_ = {};
-    for (const PixelSample& sample : samples_)
-        fragments_->weights.push_back(sample.weight);
-    fragments_->t.assign(count, std::numeric_limits<double>::infinity());
-    fragments_->geometry_ids.assign(count, invalid_id);
-    fragments_->primitive_ids.assign(count, invalid_primitive_id);
-    fragments_->colors.assign(count, glm::dvec3(0.0));
+    *fragments_ = Fragments(samples_, images_[0]->pixel_count());
 }
 
 void Renderer::store_fragments(std::size_t sample, const RayBatch& batch)
 {
-    for (std::size_t i = 0; i < batch.hits.size(); ++i) {
-        const std::size_t place = fragment(sample, batch.pixels[i]);
-        fragments_->t[place] = batch.hits[i].t;
-        fragments_->geometry_ids[place] = batch.hits[i].geometry_id;
-        fragments_->primitive_ids[place] = batch.hits[i].primitive_id;
-    }
+    for (std::size_t i = 0; i < batch.hits.size(); ++i)
+        fragments_->set_hit(fragment(sample, batch.pixels[i]), batch.hits[i]);
 }
 
 /// The openness to the sky of the first hits of a batch, one per ray.
@@ -310,12 +306,12 @@ void Renderer::store_openness(RayBatch batch, std::size_t ray_count)
         scene_, batch, [&](const Hit& hit, const Ray&) { return std::pair(&shading, hit.normal); }, absorption_, 0);
     for (std::size_t i = 0; i < ray_count; ++i)
         if (batch.hits[i])
-            images_[0].ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));
+            images_[0]->ambient_occlusion[window_.number(batch.pixels[i])] = static_cast<float>(sky.openness(i));
 }
 
 void Renderer::store_layers(std::size_t pixel, const Hit& hit, const Ray& ray)
 {
-    Image& image = images_[0];
+    Image& image = *images_[0];
     const Appearance& appearance = looks_[0].of(hit.geometry_id);
     const SurfacePoint point = point_of(hit, ray, layers_.curvature || appearance.needs_curvature);
     if (layers_.depth)
@@ -385,6 +381,12 @@ std::vector<Image> render_looks(const SceneSnapshot& scene, const Camera& camera
                                 std::span<const Look> further, const Progress& progress)
 {
     return render(scene, Renderer(scene, camera, options, further, nullptr), progress);
+}
+
+void render_again(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
+                  std::span<const Look> further, std::span<Image* const> images, const Progress& progress)
+{
+    render(scene, Renderer(scene, camera, options, further, nullptr, images), progress);
 }
 
 Image render_part(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, Fragments& fragments,

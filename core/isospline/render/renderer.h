@@ -3,6 +3,7 @@
 
 #include "isospline/render/camera.h"
 #include "isospline/render/image.h"
+#include "isospline/render/pixel_samples.h"
 #include "isospline/render/tone.h"
 #include "isospline/shade/shading.h"
 #include "isospline/util/progress.h"
@@ -44,12 +45,20 @@ struct RenderOptions : Look {
     ColorEncoding encoding = ColorEncoding::linear;
     /// One number for each pixel of the rendered window, 0 for those that stay empty; without numbers, none does.
     std::vector<std::uint8_t> mask;
+    /// Only pixels whose columns and rows are multiples of this are rendered; the others stay as they are.
+    int step = 1;
     ShadowRays shadow_rays = ShadowRays::by_weight;
 };
 
 /// The first hits of a picture's rays: all samples of a pixel one after the other, pixels row by row. The nearest
 /// fragments of a scene's parts give the picture of the scene.
 struct Fragments {
+    Fragments() = default;
+    /// Misses of all samples of some pixels.
+    Fragments(std::span<const PixelSample> samples, std::size_t pixel_count);
+
+    void set_hit(std::size_t place, const Hit& hit);
+
     std::vector<double> weights; ///< of each sample in the colour of a pixel
     std::vector<double> t;       ///< infinite on a miss
     std::vector<std::uint32_t> geometry_ids;
@@ -94,6 +103,10 @@ Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptio
 /// The same, and pictures in further looks, with the same opacities, from the same rays; these have no layers.
 std::vector<Image> render_looks(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
                                 std::span<const Look> further, const Progress& progress = {});
+
+/// Renders the pixels of a mask again, into the images of `render_looks`, one for each look; their layers stay.
+void render_again(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
+                  std::span<const Look> further, std::span<Image* const> images, const Progress& progress = {});
 
 /// The same for a part of a larger scene, with the fragments from which the picture of the larger scene is composed.
 /// Also throws std::invalid_argument for shadings whose colours depend on more than the first hit of a ray: those that

@@ -15,9 +15,12 @@ class Tiles {
 public:
     static constexpr int side = 16; ///< pixels
 
-    /// `mask` has one number for each pixel, row by row, and 0 for those that are left out; if it is empty, none is.
-    explicit Tiles(const glm::ivec2& image_size, std::span<const std::uint8_t> mask = {})
-        : image_size_(image_size), count_((image_size + side - 1) / side), mask_(mask)
+    /// `mask` has one number for each pixel, row by row, and 0 for those that are left out; if it is empty, none is. Of
+    /// the columns and rows, only each `step`-th is in the tiles, from `first` on.
+    explicit Tiles(const glm::ivec2& image_size, std::span<const std::uint8_t> mask = {}, int step = 1,
+                   const glm::ivec2& first = glm::ivec2(0))
+        : image_size_(image_size), first_(first), step_(step),
+          count_((image_size - first + step * side - 1) / (step * side)), mask_(mask)
     {
     }
 
@@ -38,7 +41,7 @@ public:
         const glm::ivec2 first = side * glm::ivec2(tile % in_row, tile / in_row);
         pixels.clear();
         for (const Place& place : z_order) {
-            const glm::ivec2 pixel(first.x + place.x, first.y + place.y);
+            const glm::ivec2 pixel = first_ + step_ * glm::ivec2(first.x + place.x, first.y + place.y);
             if (pixel.x < image_size_.x && pixel.y < image_size_.y && is_in_mask(pixel))
                 pixels.push_back(pixel);
         }
@@ -65,7 +68,9 @@ private:
         return mask_.empty() || mask_[static_cast<std::size_t>(pixel.y) * width + static_cast<std::size_t>(pixel.x)];
     }
 
-    glm::ivec2 image_size_, count_;
+    glm::ivec2 image_size_, first_;
+    int step_;
+    glm::ivec2 count_;
     std::span<const std::uint8_t> mask_;
 };
 

@@ -19,12 +19,13 @@ from ..cameras import OrthographicCamera, PanoramicCamera
 from ..color_rules import ColorByDepth
 from ..color_rules.rule import _ColorRule
 from ..lights import DirectionalLight
-from ..looks import AmbientOcclusion, Material, Phong
+from ..looks import Material, Phong
 from ..scene import Scene
 from ..suggest.presentation import suggested_view
-from .ground import ground_for
+from .ground import diagonal, square_below, upright_axes
 from .image import Image
-from .materials import UNLIT, check_materials, names_in_shadings
+from .materials import check_materials, names_in_shadings
+from .soft_light import LEAST_RAYS, MARGIN, Passes, SoftLight, hidden_from_plane, lit_surfaces
 
 if TYPE_CHECKING:
     from ..base.types import Background
@@ -35,10 +36,8 @@ KEY_SHADOW, SKY_SHADOW = 0.38, 0.42
 _ANGLE = 14.0
 # The part of the sky that every surface sees in fast light. Faces turned away from the key light need it.
 _OPEN = 0.65
-# The layers that tell surfaces apart.
-_GUIDES = ("position", "normal", "geometry_ids")
-# Pixels beside a crop on which its pixels depend: those of the mean, and those that decide which of them are needed.
-_MARGIN = 2 * _core.BLOCK_REACH
+# The ground's extent from the middle of the scene, in diagonals of the scene.
+_GROUND_REACH = 2.5
 # The part of the time until the ground is drawn.
 _UNTIL_GROUND = 0.7
 
@@ -68,7 +67,8 @@ class Studio:
         The direction away from the ground; by default (0, 0, 1), or the one that `suggest_view` suggests for the scene
         if the camera's upward direction is nearer to it.
     light_samples : int
-        Shadow rays to the key light, and rays to the sky, for each ray of a pixel; 1 to 65536.
+        Shadow rays to the key light, and rays to the sky, for each of a pixel's `samples`, of which 4 count at least;
+        1 to 65536. Where light changes slowly, one pixel in four casts them.
     fast : bool
         Leaves out shadows, sky and ground; takes about a tenth of the time.
     material : Material, optional
@@ -132,6 +132,7 @@ def render_in_studio(
 ) -> Image:
     """Render a scene in this light, whose materials are by geometry id."""
     _core.background_color(background)  # raises for a bad one
+    check_count(options["ambient_occlusion_samples"], "ambient_occlusion_samples", 65536)
     light = light.replace(up=upward_for(scene, camera)) if light.up is None else light
     looks, values = _without_values(_looks(scene, light))
     lights = _Lights(light, camera)
@@ -139,7 +140,7 @@ def render_in_studio(
     named = options["layers"]  # other types than tuples are refused by the first picture
     albedo = ("albedo",) if isinstance(named, tuple) and "albedo" in named else ()
     if light.fast:
-        lit = {
+        in_fast_light = {
             id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * light.sky)
             for id, look in looks.items()
         }
@@ -147,7 +148,7 @@ def render_in_studio(
             _core.render(
                 scene,
                 camera,
-                shading=lit,
+                shading=in_fast_light,
                 background=background,
                 tone="neutral",
                 encoding="linear" if values else encoding,
@@ -163,62 +164,38 @@ def render_in_studio(
                 image._arrays.encode_srgb8()
         return image
 
-    radius = _radius(scene)
-    ground = _ground(scene, camera, light, radius) if light.ground and radius > 0 else None
-    crop = options["crop"]
+    axes = upright_axes(np.asarray(light.up))
+    extents = scene.extent(axes)
+    radius = diagonal(extents) / 2 if np.isfinite(extents).all() else 0.0  # 0 without visible objects
+    ground = None
+    if light.ground and radius > 0 and _is_seen_from_above(camera, axes[2], extents[2, 0] + 1e-3 * radius):
+        ground = square_below(axes, extents, _GROUND_REACH)
+    samples, crop = options["samples"], options["crop"]
 
-    def draw(scene, shadings, options, begin, end, **more):
-        report = progress and (lambda fraction: progress(begin + (end - begin) * fraction))
-        options = {**options, **more, "progress": report or None}
-        return [Image(arrays) for arrays in _core.render_looks(scene, camera, shadings=shadings, **options)]
+    def pictures(shading, **more):
+        more = {**options, "progress": None, **more}
+        return Image(_core.render_looks(scene, camera, shadings=[shading], **more)[0])
 
-    # The pictures are means over the same rays of each pixel: they can be added. Only the hidden part of a light has
-    # noise. The fill light casts no shadow.
-    unhidden = {"lights": [lights.key], "shadows": False, "ambient": 0}
-    shadowed = {**unhidden, "shadows": True, "shadow_samples": light.light_samples}
-    key = {id: look.replace(**unhidden) for id, look in looks.items()}
-    in_looks = (
-        key,
-        {id: look.replace(**shadowed) for id, look in looks.items()},
-        {id: look.replace(**UNLIT) for id, look in looks.items()},
-        {id: _sky(look, light.light_samples, radius) for id, look in looks.items()},
-        {id: look.replace(**{**unhidden, "lights": [lights.fill]}, specular=0) for id, look in looks.items()},
-    )
-    until = 1.0 if ground is None else _UNTIL_GROUND
-    if crop is not None:
-        (image,) = draw(scene, [key], options, 0.0, 0.0)  # raises for a bad size or crop
+    layered = None
+    if crop is not None or named != ():
+        layered = pictures(looks, samples=1)
     wide, inner = _widened(crop, options["size"])
-    around = {**options, **flat, "crop": wide}
-    if crop is None:
-        image, in_key, open_sky, in_sky, filled = draw(scene, in_looks, options, 0.0, until)
-        open_key = image
-    else:
-        open_key, in_key, open_sky, in_sky, filled = draw(scene, in_looks, around, 0.0, until)
-    (guides,) = draw(scene, [key], around, until, until, samples=1, layers=_GUIDES)
-    pairs = [(in_key, open_key), (in_sky, open_sky)]
-    of_key, of_sky = _core.seen_parts([(lit._arrays, unhidden._arrays) for lit, unhidden in pairs], guides._arrays)
-    color = of_key[..., None] * open_key.color[..., :3] + light.sky * of_sky[..., None] * open_sky.color[..., :3]
-    image.color[..., :3] = (color + filled.color[..., :3])[inner]
+    passes = Passes(camera, options["size"], wide, progress)
+    soft = SoftLight(lights.key, lights.fill, max(samples, LEAST_RAYS) * light.light_samples, radius)
+    lit = lit_surfaces(passes, soft, light.sky, scene, looks, samples, 1.0 if ground is None else _UNTIL_GROUND)
+    image = Image(lit._arrays.blank()) if layered is None else layered
+    image._arrays.set_color(lit.color[inner])
     image._arrays.tone_map("neutral")
     if values:
-        (picture,) = draw(scene, [values], {**options, **flat, "layers": albedo}, until, until)
-        _add_values(image, picture)
+        _add_values(image, pictures(values, **{**flat, "layers": albedo}))
 
     shade = None
     if ground is not None:
         below = copy(scene)  # shares the objects; the given scene does not get the ground
         for id in below.ids:
             below.set_visibility(id, visible=False)
-        id = below.add(ground, casts_shadow=False)
-        # A plane has no edges, so one ray per pixel is enough.
-        has_ground = open_key.color[..., 3] < 1
-        around |= {"samples": 1, "mask": _core.mean_on_plane(has_ground, has_ground) > 0}  # and pixels near these
-        count = options["samples"] * light.light_samples
-        white = Phong(specular=0, diffuse=lights.diffuse_of_white, **{**shadowed, "shadow_samples": count})
-        under_lights = [{**looks, id: white}, {**looks, id: _sky(Phong(), count, radius)}]
-        in_key, in_sky = (each.color for each in draw(below, under_lights, around, until, 1.0))
-        shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
-        shade = _core.mean_on_plane(shade, in_key[..., 3])[inner]
+        on_ground = soft.on_plane(looks, below.add(ground, casts_shadow=False), lights.diffuse_of_white)
+        shade = hidden_from_plane(passes, below, on_ground, (KEY_SHADOW, SKY_SHADOW), lit, 1.0)[inner]
     image._arrays.lay_over(background, shade)
     if encoding == "srgb8":
         image._arrays.encode_srgb8()
@@ -230,8 +207,8 @@ def _widened(crop, size):
     if crop is None:
         return None, (slice(None), slice(None))
     column, row, width, height = crop
-    left, top = max(0, column - _MARGIN), max(0, row - _MARGIN)
-    right, bottom = min(size[0], column + width + _MARGIN), min(size[1], row + height + _MARGIN)
+    left, top = max(0, column - MARGIN), max(0, row - MARGIN)
+    right, bottom = min(size[0], column + width + MARGIN), min(size[1], row + height + MARGIN)
     inner = slice(row - top, row - top + height), slice(column - left, column - left + width)
     return (left, top, right - left, bottom - top), inner
 
@@ -287,27 +264,10 @@ def _add_values(image, values):
         image.albedo[:] = values.albedo
 
 
-def _sky(look, samples, distance):
-    """Ambient occlusion in the colours and opacities of a Phong shading."""
-    names = ("color", "opacity", "silhouette_opacity", "silhouette_exponent", "cap_color")
-    return AmbientOcclusion(samples, distance=distance or math.inf)._taking(look, names)
-
-
-def _radius(scene):
-    """Half the diagonal of the visible objects' box; 0 if no object is visible."""
-    extents = scene.extent(np.eye(3))
-    return float(np.linalg.norm(extents[:, 1] - extents[:, 0]) / 2) if np.isfinite(extents).all() else 0.0
-
-
-def _ground(scene, camera, studio, radius):
-    """A square below a scene, or None if the camera does not see it from above."""
-    up = np.asarray(studio.up)
-    ground = ground_for(scene, up=up, reach=2.5)
+def _is_seen_from_above(camera, up, height):
+    """Whether a camera sees a horizontal plane at a height from above."""
     if isinstance(camera, PanoramicCamera):
-        return None
+        return False
     if isinstance(camera, OrthographicCamera):
-        if camera.world_to_camera[2, :3] @ up > -0.02:
-            return None
-    elif camera.eye @ up <= ground.vertices[0] @ up + 1e-3 * radius:
-        return None
-    return ground
+        return camera.world_to_camera[2, :3] @ up <= -0.02
+    return camera.eye @ up > height

@@ -6,6 +6,7 @@ import scipy.ndimage
 from spheres import mesh_sphere, sphere
 
 import isospline
+from isospline import _core
 from isospline._core import mean_on_plane
 from isospline.colors import named_color
 from isospline.picture.tone import tone_mapped
@@ -61,12 +62,65 @@ def test_few_rays_give_the_light_of_many():
 def test_the_mean_over_a_block_leaves_constants_and_takes_patterns_away():
     pattern = np.random.default_rng(3).random((4, 4))
     tiled = np.tile(pattern, (6, 8)).astype(np.float32)
-    smooth = mean_on_plane(tiled, np.ones_like(tiled))
+    smooth = mean_on_plane(tiled, np.ones_like(tiled), (0, 0), 1)
     np.testing.assert_allclose(smooth[2:-2, 2:-2], pattern.mean(), rtol=1e-5)
     known = np.random.default_rng(4).random(tiled.shape) < 0.5
     box = np.outer(*2 * [(0.5, 1, 1, 1, 0.5)])
     sums = [scipy.ndimage.correlate(each, box, mode="constant") for each in (tiled * known, known.astype(float))]
-    np.testing.assert_allclose(mean_on_plane(tiled, known), sums[0] / sums[1], rtol=1e-5)
+    np.testing.assert_allclose(mean_on_plane(tiled, known, (0, 0), 1), sums[0] / sums[1], rtol=1e-5)
+
+
+@pytest.mark.parametrize("first", [(0, 0), (3, 4)])
+def test_a_coarse_mean_is_that_of_every_second_pixel_of_the_whole_picture(first):
+    random = np.random.default_rng(5)
+    numbers, weights = random.random((2, 21, 26)).astype(np.float32)
+    rows, columns = np.indices(numbers.shape)
+    weights[(rows + first[1]) % 2 + (columns + first[0]) % 2 > 0] = 0
+    box = np.outer(*2 * [(0.5, 1, 1, 1, 1, 1, 1, 1, 0.5)])
+    sums = [scipy.ndimage.correlate(each, box, mode="constant") for each in (numbers * weights, weights)]
+    np.testing.assert_allclose(mean_on_plane(numbers, weights, first, 2), sums[0] / sums[1], rtol=1e-5)
+    untouched = weights + np.where(weights == 0, 1, 0).astype(np.float32)
+    np.testing.assert_array_equal(
+        mean_on_plane(numbers, untouched, first, 2), mean_on_plane(numbers, weights, first, 2)
+    )
+
+
+@pytest.mark.parametrize("reach", [0, 1, 4])
+def test_masks_are_widened_by_columns_and_rows(reach):
+    mask = np.random.default_rng(6).random((30, 41)) < 0.02
+    expected = scipy.ndimage.maximum_filter(mask, 2 * reach + 1, mode="constant")
+    np.testing.assert_array_equal(_core.widened(mask, reach), expected)
+
+
+def test_only_pixels_with_several_surfaces_have_several_rays():
+    """Those whose colour differs from a neighbour's: outlines, here. Shadows have the same rays."""
+    surface, light, size = sphere(), isospline.Studio(ground=False), (400, 300)
+    one, four = (isospline.render(surface, size=size, light=light, samples=samples) for samples in (1, 4))
+    outline = isospline.render(surface, size=size, light="phong", samples=16).color[..., 3]
+    beside = scipy.ndimage.maximum_filter((outline > 0) & (outline < 1), 21)
+    np.testing.assert_array_equal(one.color[~beside], four.color[~beside])
+    assert (one.color != four.color).any(axis=-1)[beside].mean() > 0.02
+
+
+def test_pixels_are_rendered_again_as_in_the_whole_picture():
+    scene, other = isospline.Scene([sphere()]), isospline.Scene([sphere(4.0)])
+    camera = isospline.camera_for(scene, size=SIZE)
+    options = dict(size=SIZE, shadings=[isospline.Phong(), isospline.Phong(color="peru")], crop=(7, 5, 60, 50))
+    arrays = dict(layers=("depth",), ambient_occlusion_samples=1, progress=None, samples=3, **options)
+    pictures, expected = (_core.render_looks(each, camera, **arrays) for each in (other, scene))
+    before = [picture.copy() for picture in pictures]
+    mask = np.random.default_rng(7).random((50, 60)) < 0.7
+    _core.render_again(scene, camera, images=pictures, mask=mask, step=3, samples=3, progress=None, **options)
+    rows, columns = np.indices(mask.shape)
+    again = mask & ((rows + 5) % 3 == 0) & ((columns + 7) % 3 == 0)
+    for picture, old, new in zip(pictures, before, expected):
+        np.testing.assert_array_equal(picture.color, np.where(again[..., None], new.color, old.color))
+        assert picture.covered_count == (picture.color[..., 3] > 0).sum()
+    np.testing.assert_array_equal(pictures[0].depth, before[0].depth)
+    with pytest.raises(ValueError, match="^images: expected one of the window's size for each look"):
+        _core.render_again(scene, camera, images=pictures[:1], mask=mask, step=3, samples=3, progress=None, **options)
+    with pytest.raises(ValueError, match="^mask: expected a number for each pixel"):
+        _core.render_again(scene, camera, images=pictures, mask=mask[1:], step=1, samples=3, progress=None, **options)
 
 
 def test_no_highlight_is_blown_out():

@@ -1,0 +1,187 @@
+"""Soft light from few rays: more of them only where a picture needs them.
+
+Colours without shadows have no noise: a pixel whose colour is that of its neighbours needs one ray, as in T. Whitted,
+"An improved illumination model for shaded display", Communications of the ACM 23(6), 1980. What shadows leave of the
+light is a mean over blocks of pixels that send their rays in different directions; where it changes slowly, one pixel
+in four sends any.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core
+from ..looks import AmbientOcclusion, Phong
+from .image import Image
+from .materials import UNLIT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from ..lights import DirectionalLight
+    from ..scene import Scene
+
+    Looks = Mapping[int, Any]
+    Report = Callable[[float], Any]
+
+#: Pixels beside a crop on which its pixels depend, at most: those of two means, and those that tell which these need.
+MARGIN = 4 * _core.COARSE_REACH + 1
+#: The fewest rays to a light from a pixel that sends any: means over blocks of them have little noise.
+LEAST_RAYS = 4
+# The layers that tell surfaces apart.
+_GUIDES = ("position", "normal", "geometry_ids")
+
+
+class SoftLight:
+    """A key light with soft shadows, a fill light without, and an even sky of brightness 1.
+
+    `count` rays go to the key light, and to the sky, from a pixel that sends any. The sky is hidden by what is nearer
+    than `distance`.
+    """
+
+    def __init__(self, key: DirectionalLight, fill: DirectionalLight, count: int, distance: float):
+        self._unhidden: dict[str, Any] = {"lights": [key], "shadows": False, "ambient": 0}
+        self._filled: dict[str, Any] = {**self._unhidden, "lights": [fill], "specular": 0}
+        self._count, self._distance = count, distance or math.inf
+
+    def open(self, looks: Looks) -> list[Looks]:
+        """Looks in the key light, the sky and the fill light, without shadows."""
+        changes = (self._unhidden, UNLIT, self._filled)
+        return [{id: look.replace(**each) for id, look in looks.items()} for each in changes]
+
+    def hidden(self, looks: Looks, samples: int = 1) -> list[Looks]:
+        """Looks in the key light and the sky with shadows, for one of several rays through a pixel."""
+        count = math.ceil(self._count / samples)
+        shadowed = {**self._unhidden, "shadows": True, "shadow_samples": count}
+        return [
+            {id: look.replace(**shadowed) for id, look in looks.items()},
+            {id: self._sky(look, count) for id, look in looks.items()},
+        ]
+
+    def on_plane(self, looks: Looks, id: int, diffuse_of_white: float) -> list[Looks]:
+        """The looks of `hidden` with a white plane."""
+        white = Phong(specular=0, diffuse=diffuse_of_white)
+        (in_key, _), (_, in_sky) = self.hidden({id: white}), self.hidden({id: Phong()})
+        return [{**looks, **in_key}, {**looks, **in_sky}]
+
+    def _sky(self, look: Any, count: int) -> AmbientOcclusion:
+        names = ("color", "opacity", "silhouette_opacity", "silhouette_exponent", "cap_color")
+        return AmbientOcclusion(count, distance=self._distance)._taking(look, names)
+
+
+class Passes:
+    """Passes over the pixels of a picture, of which later ones render some pixels again."""
+
+    def __init__(
+        self, camera: Any, size: tuple[int, int], crop: tuple[int, int, int, int] | None, report: Report | None
+    ):
+        self._camera, self._report = camera, report
+        self._options: dict[str, Any] = {"size": size, "crop": crop}
+        self.done = 0.0
+        self.first = (0, 0) if crop is None else crop[:2]
+
+    def _progress(self, until: float) -> Report | None:
+        begin, self.done = self.done, until
+        report = self._report
+        return report and (lambda fraction: report(begin + (until - begin) * fraction))
+
+    def pictures(self, scene: Scene, looks: Sequence[Looks], until: float) -> list[Image]:
+        """Pictures in several looks with a ray through the centre of each pixel; the first tells surfaces apart."""
+        options = {**self._options, "layers": _GUIDES, "samples": 1, "ambient_occlusion_samples": 1}
+        progress = self._progress(until)
+        return [
+            Image(each)
+            for each in _core.render_looks(scene, self._camera, shadings=looks, progress=progress, **options)
+        ]
+
+    def again(
+        self,
+        pictures: Sequence[Image],
+        scene: Scene,
+        looks: Sequence[Looks],
+        mask: NDArray[np.bool_],
+        until: float,
+        *,
+        samples: int = 1,
+        step: int = 1,
+    ) -> None:
+        """Render the pixels of a mask, in each `step`-th column and row, into the pictures."""
+        options: dict[str, Any] = {"samples": samples, "mask": mask, "step": step, **self._options}
+        images = [each._arrays for each in pictures]
+        options.update(shadings=looks, images=images, progress=self._progress(until))
+        _core.render_again(scene, self._camera, **options)
+
+
+def lit_surfaces(
+    passes: Passes, light: SoftLight, sky: float, scene: Scene, looks: Looks, samples: int, until: float
+) -> Image:
+    """A picture of Phong shadings in a soft light, linear and without a background.
+
+    `sky` is the brightness of the sky. `samples` rays go through each pixel that shows several surfaces.
+    """
+    open_key, open_sky, filled = passes.pictures(scene, light.open(looks), 0.2 * until)
+    guides = open_key._arrays
+    edges = _core.edges(guides)
+    uneven = _core.uneven_pixels([(guides, 1.0), (open_sky._arrays, sky), (filled._arrays, 1.0)], guides, edges)
+
+    def seen(hidden, mask, step):
+        in_key, in_sky = hidden
+        pairs = (in_key._arrays, guides), (in_sky._arrays, open_sky._arrays)
+        return _core.seen_parts(pairs, guides, edges, mask, step)
+
+    in_hidden = light.hidden(looks)
+    hidden = [Image(guides.blank()) for _ in in_hidden]
+    passes.again(hidden, scene, in_hidden, open_key.color[..., 3] > 0, 0.5 * until, step=_core.COARSE_STEP)
+    seen_parts = seen(hidden, ~edges, _core.COARSE_STEP)
+    change = _core.changes(seen_parts, guides, edges)
+    hidden = [Image(guides.blank()) for _ in in_hidden]
+    passes.again(hidden, scene, in_hidden, _core.widened(change > 0, _core.FINE_REACH) & ~edges, 0.7 * until)
+
+    # Light is compared with and without shadows of the same rays: the other colours of several rays come last.
+    pictures, in_open = [open_key, open_sky, filled], light.open(looks)
+    in_all = in_open + light.hidden(looks, samples)
+    passes.again(pictures + hidden, scene, in_all, uneven & edges, 0.9 * until, samples=samples)
+    change[edges] = 1
+    seen_parts += change * (seen(hidden, change > 0, 1) - seen_parts)
+    passes.again(pictures, scene, in_open, uneven & ~edges, until, samples=samples)
+    of_key, of_sky = seen_parts[..., None]
+    color = open_key.color[..., :3]
+    color[:] = of_key * color + sky * of_sky * open_sky.color[..., :3] + filled.color[..., :3]
+    return open_key
+
+
+def hidden_from_plane(
+    passes: Passes,
+    scene: Scene,
+    looks: Sequence[Looks],
+    weights: tuple[float, float],
+    beside: Image,
+    until: float,
+) -> NDArray[np.float32]:
+    """The part of the key light and of the sky, each with a weight, that a white plane does not get, (height, width).
+
+    The plane is the only visible surface of `scene`. It is needed where the picture `beside` is not covered. A plane
+    has no edges, so one ray through a pixel is enough.
+    """
+    in_key, in_sky = (Image(beside._arrays.blank()) for _ in range(2))
+    seen = beside.color[..., 3] < 1
+    near = _core.widened(seen, _core.COARSE_REACH)
+
+    def hidden(step):
+        parts = [each.color[..., 3] - each.color[..., 0] for each in (in_key, in_sky)]
+        both = weights[0] * parts[0] + weights[1] * parts[1]
+        return _core.mean_on_plane(both, in_key.color[..., 3], passes.first, step)
+
+    begin = passes.done
+    passes.again([in_key, in_sky], scene, looks, near, 0.5 * (begin + until), step=_core.COARSE_STEP)
+    result = hidden(_core.COARSE_STEP)
+    change = _core.changes_on_plane(result)
+    change[~seen] = 0
+    in_key, in_sky = (Image(beside._arrays.blank()) for _ in range(2))
+    passes.again([in_key, in_sky], scene, looks, _core.widened(change > 0, _core.FINE_REACH) & near, until)
+    return result + change * (hidden(1) - result)
