@@ -28,6 +28,9 @@ FINAL_SAMPLES = {"studio": STUDIO_SAMPLES, "phong": 16, "outline": 16, "ambient-
 #: The lights of path tracing: the sky, the lamp's irradiance / pi, and how far its direction is to the right and up.
 SKY, LAMP, LAMP_RIGHT, LAMP_UP = 0.7, 0.45, 0.6, -0.8
 
+# The part of the sky that surfaces see in moving pictures, and in ambient occlusion those at right angles to the view.
+_SEEN_SKY, _AT_EDGES = 0.8, 0.5
+
 # Samples per pixel in each pass.
 _PASSES = {"studio": (1, STUDIO_SAMPLES), "path-trace": (1, 2, 4, 8, 16, 32, 64, 128, 256)}
 _OTHER_PASSES = (1, 4, 16)
@@ -208,6 +211,9 @@ class PictureMaker:
             return Outline(state.exponent, surface_color=color, color=0.02, **look)
         if state.light == "ambient-occlusion" and not moving:
             return AmbientOcclusion(color=color, **look)
+        if state.light in ("ambient-occlusion", "path-trace"):
+            look |= light_in_motion(state.light, state.camera)
+            return Phong(color=color, diffuse=1.0, specular=0.0, **look)
         return Phong(color=color, shadows=state.shadows and not moving, **look)
 
     def light(self, state, ids, moving=False):
@@ -276,9 +282,20 @@ class PictureMaker:
 
 def path_tracing_lights(camera):
     """An even sky, and a lamp over the viewer's left shoulder."""
+    return [EnvironmentLight(SKY), _lamp(camera, LAMP * math.pi)]
+
+
+def light_in_motion(light, camera):
+    """Parameters of `Phong` for about the light of pictures that are too slow for movement.
+
+    A part of the sky is hidden from most surfaces. In ambient occlusion, it is from those turned away from the viewer.
+    """
+    if light == "path-trace":
+        return {"ambient": _SEEN_SKY * SKY, "lights": [_lamp(camera, LAMP)], "opacity": 1.0, "silhouette_opacity": None}
+    forward = camera.camera().world_to_camera[2, :3]
+    return {"ambient": _AT_EDGES, "lights": [DirectionalLight(forward, intensity=1 - _AT_EDGES)]}
+
+
+def _lamp(camera, intensity):
     right, up, forward = camera.camera().world_to_camera[:3, :3]
-    direction = forward + LAMP_RIGHT * right + LAMP_UP * up
-    return [
-        EnvironmentLight(SKY),
-        DirectionalLight(tuple(direction.tolist()), intensity=LAMP * math.pi),
-    ]
+    return DirectionalLight(forward + LAMP_RIGHT * right + LAMP_UP * up, intensity=intensity)

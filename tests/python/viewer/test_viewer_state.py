@@ -90,6 +90,22 @@ def test_the_first_picture_of_a_studio_looks_as_moving_ones(opened, light):
     assert (first != last).any()
 
 
+@pytest.mark.parametrize("light", ["path-trace", "ambient-occlusion"])
+def test_pictures_in_slow_light_have_about_the_same_colours_in_movement(opened, light):
+    """A convex surface, from which only the lower part of the sky is not seen by half of its points."""
+    document, state = opened
+    state = state.without_object(1).without_object(2).replace(light=light)
+    maker = PictureMaker(document)
+    moving, still = (maker.render(state, SIZE, each) for each in (None, passes(state)[-1]))
+    inside = (
+        (moving.color[..., 3] == 1) & (still.color[..., 3] == 1) & (moving.color != moving.color[0, 0]).any(axis=-1)
+    )
+    a, b = (each.color[inside, :3].mean(axis=0) for each in (moving, still))
+    np.testing.assert_allclose(a, b, rtol=0.2)
+    plain = maker.render(state.replace(light="phong"), SIZE, None).color[inside, :3].mean(axis=0)
+    assert np.abs(a - b).max() < 0.5 * np.abs(plain - b).max()
+
+
 def test_a_level_without_a_surface_leaves_an_empty_picture_without_a_warning(opened):
     document, state = opened
     state = state.without_object(1).without_object(2).replace(light="phong")  # a studio has a ground
