@@ -3,6 +3,7 @@
 #include "long_call.h"
 
 #include "isospline/render/interleaved.h"
+#include "isospline/render/tiles.h"
 #include "isospline/util/error.h"
 
 #include <pybind11/numpy.h>
@@ -99,6 +100,7 @@ py::array_t<float> seen_parts_of(const std::array<TwoPictures, light_count>& lig
                                  const BoolArray& edges, const BoolArray& mask, int step)
 {
     check_guides(guides);
+    checked_step(step);
     std::array<PicturesOfLight, light_count> pictures{};
     for (std::size_t i = 0; i < light_count; ++i) {
         const auto& [lit, unhidden] = lights[i];
@@ -133,6 +135,7 @@ py::array_t<float> changes_of(const FloatArray& parts, const Image& guides, cons
 
 py::array_t<float> mean_of(const FloatArray& numbers, const FloatArray& weights, std::array<int, 2> first, int step)
 {
+    checked_step(step);
     const glm::ivec2 size = size_of(numbers, "numbers");
     if (size_of(weights, "weights") != size)
         throw_invalid("weights", "the shape of numbers, (height, width)", "another");

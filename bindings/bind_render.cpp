@@ -123,6 +123,9 @@ void render_scene_again(Scene& scene, const Camera& camera, std::array<int, 2> s
                         const py::object& progress)
 {
     RenderOptions given = as_options(size, py::none(), samples, py::tuple(), 1, "linear", crop);
+    const glm::ivec2 window = rendered_window(given.crop, given.size).size;
+    if (mask.ndim() != 2 || glm::ivec2(mask.shape(1), mask.shape(0)) != window)
+        throw_invalid("mask", "a bool for each pixel of the window, (height, width)", mask.size());
     given.mask.assign(mask.data(), mask.data() + mask.size());
     given.step = step;
     const auto [options, further] = as_looks(std::move(given), std::move(shadings));

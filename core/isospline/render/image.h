@@ -105,9 +105,6 @@ struct Image {
         return image;
     }
 
-    /// Whether the stored colour is of a surface or of a background.
-    bool is_covered(std::size_t pixel) const { return srgb8.empty() ? color[pixel].a > 0.0f : srgb8[pixel].a > 0; }
-
     glm::ivec2 size{0};
     std::vector<glm::vec4> color;             ///< linear, premultiplied by coverage, the last component
     std::vector<glm::u8vec4> srgb8;           ///< to_srgb8() of `color`; only one of the two is stored

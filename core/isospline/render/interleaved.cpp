@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 
 namespace isospline {
 
@@ -161,7 +162,7 @@ PixelMask uneven_pixels(std::span<const PictureInSum> sum, const Image& guides, 
         for (const PictureInSum& each : sum)
             color += each.weight * each.picture->color[here];
         color.a = sum.front().picture->color[here].a;
-        shown[here] = glm::sqrt(glm::clamp(color, 0.0f, 1.0f));
+        shown[here] = glm::sqrt(glm::max(color, 0.0f));
     });
     PixelMask result(pixels.count());
     pixels.visit(part_of(progress, 0.5, 1.0), [&](const glm::ivec2& pixel, std::size_t here) {
@@ -191,13 +192,17 @@ LightParts seen_parts(const std::array<PicturesOfLight, light_count>& lights, co
         if (!mask[here])
             return;
         std::array<Mean, light_count> means;
+        bool any = false;
         pixels.visit_block(pixel, step, [&](std::size_t there, float weight) {
-            if (edges[here] ? edges[there] != 0 : are_alike(guides, here, there))
-                for (std::size_t i = 0; i < light_count; ++i)
-                    means[i].add(given[i].part[there], weight * given[i].known[there]);
+            if (edges[here] ? edges[there] == 0 : !are_alike(guides, here, there))
+                return;
+            for (std::size_t i = 0; i < light_count; ++i)
+                means[i].add(given[i].part[there], weight * given[i].known[there]);
+            any |= lights[0].lit->color[there].a > 0.0f;
         });
+        const float without_light = edges[here] ? 0.0f : any ? 1.0f : std::numeric_limits<float>::quiet_NaN();
         for (std::size_t i = 0; i < light_count; ++i)
-            results[i][here] = means[i].or_else(edges[here] ? 0.0f : 1.0f);
+            results[i][here] = means[i].or_else(without_light);
     });
     return results;
 }
@@ -220,7 +225,7 @@ std::vector<float> changes(const LightParts& parts, const Image& guides, const P
                 for (const std::vector<float>& part : parts)
                     most = std::max(most, std::abs(part[there] - part[here]));
         }
-        result[here] = rising(most, slow_change, fast_change);
+        result[here] = std::isnan(parts[0][here]) ? 1.0f : rising(most, slow_change, fast_change);
     });
     return result;
 }

@@ -49,13 +49,13 @@ PixelMask uneven_pixels(std::span<const PictureInSum> sum, const Image& guides, 
                         const Progress& progress = {});
 
 /// For each light and each pixel of a mask the part of the light that arrives: the mean over the block around the
-/// pixel, where it shows the same smooth surface. Edges have the means of edges. `guides` has positions, normals and
-/// geometry ids. The pixels of blocks are `step` columns and rows apart.
+/// pixel, where it shows the same smooth surface, or NaN if no pixel there has cast rays. Edges have the means of
+/// edges. `guides` has positions, normals and geometry ids. The pixels of blocks are `step` columns and rows apart.
 LightParts seen_parts(const std::array<PicturesOfLight, light_count>& lights, const Image& guides,
                       const PixelMask& edges, const PixelMask& mask, int step, const Progress& progress = {});
 
 /// How fast coarse parts of light change at each pixel over a smooth surface: from 0, where they are good, to 1, where
-/// those of blocks of 4 x 4 are needed.
+/// they are NaN or those of blocks of 4 x 4 are needed.
 std::vector<float> changes(const LightParts& parts, const Image& guides, const PixelMask& edges,
                            const Progress& progress = {});
 

@@ -1,5 +1,6 @@
 #include "isospline/render/projection.h"
 #include "isospline/render/renderer.h"
+#include "isospline/render/tiles.h"
 #include "isospline/util/error.h"
 
 #include <algorithm>
@@ -85,7 +86,7 @@ std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> furt
         rays += of_look(look);
     // Numbers that are refused later may be negative.
     return static_cast<std::uint64_t>(
-        std::max(0.0, rays * in_window * options.samples / (options.step * options.step)));
+        std::max(0.0, rays * in_window * options.samples / (checked_step(options.step) * options.step)));
 }
 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers, ColorEncoding encoding)
@@ -109,10 +110,18 @@ void validate(const RenderOptions& options, bool is_part)
     const glm::vec<2, std::size_t> window(rendered_window(options.crop, options.size).size);
     if (!options.mask.empty() && options.mask.size() != window.x * window.y)
         throw_invalid("mask", "a number for each pixel of the window", options.mask.size());
-    if (options.step < 1)
-        throw_invalid("step", "a number of at least 1", options.step);
     if (options.layers.certified && is_part)
         throw_invalid("layers", "certified of whole scenes only", "certified of a part");
+}
+
+void validate_again(const RenderOptions& options, std::size_t look_count, std::span<Image* const> images)
+{
+    const glm::ivec2 size = rendered_window(options.crop, options.size).size;
+    const auto fits = [&](const Image* image) { return image != nullptr && image->size == size; };
+    if (images.size() != look_count || !std::all_of(images.begin(), images.end(), fits))
+        throw_invalid("images", "one of the window's size for each look", std::to_string(images.size()) + " images");
+    if (options.layers.any_of_centers())
+        throw_invalid("layers", "none for pixels that are rendered again", "some");
 }
 
 } // namespace isospline

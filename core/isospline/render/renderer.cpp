@@ -20,11 +20,9 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -55,14 +53,11 @@ public:
         : scene_(scene), lookup_(scene), projection_(camera, options.size),
           window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
-          tone_(options.tone), shadow_rays_(options.shadow_rays), step_(options.step),
+          tone_(options.tone), shadow_rays_(options.shadow_rays), step_(checked_step(options.step)),
           tiles_(window_.size, options.mask, step_, glm::ivec2((step_ - window_.first % step_) % step_)),
           fragments_(fragments), images_(given.begin(), given.end())
     {
         validate(options, fragments != nullptr);
-        for (const Image* const image : given)
-            if (image->size != window_.size || given.size() != further.size() + 1)
-                throw_invalid("images", "one of the window's size for each look", image->pixel_count());
         if (layers_.certified)
             certifier_.emplace(scene, &SeenBy::camera, "layers");
         const DepthRange depths = [&] {
@@ -93,8 +88,8 @@ public:
     /// Ends the images; returns the new ones.
     std::vector<Image> take_images() &&
     {
-        for (Image* const image : images_)
-            image->covered_count += covered_count_;
+        for (Image& image : new_images_)
+            image.covered_count = covered_count_;
         return std::move(new_images_);
     }
 
@@ -207,14 +202,13 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
         }
     }
 
-    std::size_t covered_count = 0; // modulo 2^64: pixels that were covered before may not be so now
-    for (std::size_t i = 0; i < ray_count; ++i)
-        covered_count += static_cast<std::size_t>(workspace.colors_of_pixels[0][i].a > 0.0) -
-                         static_cast<std::size_t>(images_[0]->is_covered(window_.number(batch.pixels[i])));
-    covered_count_ += covered_count;
+    std::size_t covered_count = 0;
     for (std::size_t look = 0; look < looks_.size(); ++look)
         for (std::size_t i = 0; i < ray_count; ++i)
             store_color(*images_[look], window_.number(batch.pixels[i]), workspace.colors_of_pixels[look][i]);
+    for (std::size_t i = 0; i < ray_count; ++i)
+        covered_count += workspace.colors_of_pixels[0][i].a > 0.0;
+    covered_count_ += covered_count;
 }
 
 /// The colours of all hits of a sample's batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
@@ -386,6 +380,7 @@ std::vector<Image> render_looks(const SceneSnapshot& scene, const Camera& camera
 void render_again(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
                   std::span<const Look> further, std::span<Image* const> images, const Progress& progress)
 {
+    validate_again(options, further.size() + 1, images);
     render(scene, Renderer(scene, camera, options, further, nullptr, images), progress);
 }
 

@@ -43,9 +43,9 @@ struct RenderOptions : Look {
     Layers layers;                 ///< all except those of path traced images
     std::optional<ToneCurve> tone; ///< maps what surfaces add to a pixel
     ColorEncoding encoding = ColorEncoding::linear;
-    /// One number for each pixel of the rendered window, 0 for those that stay empty; without numbers, none does.
+    /// One number for each pixel of the rendered window, 0 for those that stay as they are; without numbers, none does.
     std::vector<std::uint8_t> mask;
-    /// Only pixels whose columns and rows are multiples of this are rendered; the others stay as they are.
+    /// Only pixels whose columns and rows in the whole picture are multiples of this are rendered.
     int step = 1;
     ShadowRays shadow_rays = ShadowRays::by_weight;
 };
@@ -80,6 +80,9 @@ void validate(const Layers& layers);
 /// it is for a part of a scene.
 void validate(const RenderOptions& options, bool is_part);
 
+/// Throws std::invalid_argument for what render_again() refuses.
+void validate_again(const RenderOptions& options, std::size_t look_count, std::span<Image* const> images);
+
 /// About the number of rays that a picture needs, for Scene::snapshot(): single rays for which a settled index pays as
 /// much. A ray in a packet counts for less than one, one through translucent surfaces for many.
 std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> further = {});
@@ -104,13 +107,14 @@ Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptio
 std::vector<Image> render_looks(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
                                 std::span<const Look> further, const Progress& progress = {});
 
-/// Renders the pixels of a mask again, into the images of `render_looks`, one for each look; their layers stay.
+/// Renders the pixels of a mask again, into images of the window, one for each look. Their layers and counts of covered
+/// pixels stay. Also throws std::invalid_argument for options with layers.
 void render_again(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
                   std::span<const Look> further, std::span<Image* const> images, const Progress& progress = {});
 
-/// The same for a part of a larger scene, with the fragments from which the picture of the larger scene is composed.
-/// Also throws std::invalid_argument for shadings whose colours depend on more than the first hit of a ray: those that
-/// are not opaque, that cast shadow rays, or whose limits of depth are fitted to the scene.
+/// Like render(), for a part of a larger scene, with the fragments from which the picture of the larger scene is
+/// composed. Also throws std::invalid_argument for shadings whose colours depend on more than the first hit of a ray:
+/// those that are not opaque, that cast shadow rays, or whose limits of depth are fitted to the scene.
 Image render_part(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, Fragments& fragments,
                   const Progress& progress = {});
 

@@ -1,6 +1,8 @@
 // An image in square tiles, the units of work of threads.
 #pragma once
 
+#include "isospline/util/error.h"
+
 #include <glm/vec2.hpp>
 
 #include <array>
@@ -10,6 +12,14 @@
 #include <vector>
 
 namespace isospline {
+
+/// A distance of columns and rows of at least 1; throws std::invalid_argument for another.
+inline int checked_step(int step)
+{
+    if (step < 1)
+        throw_invalid("step", "a number of at least 1", step);
+    return step;
+}
 
 class Tiles {
 public:
@@ -26,7 +36,7 @@ public:
 
     std::size_t count() const { return static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y); }
 
-    /// The tile that a pixel is in.
+    /// The tile that a pixel is in, if no column or row is left out.
     std::size_t tile_of(const glm::ivec2& pixel) const
     {
         return static_cast<std::size_t>(pixel.y / side) * static_cast<std::size_t>(count_.x) +

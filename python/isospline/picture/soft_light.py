@@ -29,10 +29,12 @@ if TYPE_CHECKING:
     Looks = Mapping[int, Any]
     Report = Callable[[float], Any]
 
-#: Pixels beside a crop on which its pixels depend, at most: those of two means, and those that tell which these need.
-MARGIN = 4 * _core.COARSE_REACH + 1
-#: The fewest rays to a light from a pixel that sends any: means over blocks of them have little noise.
-LEAST_RAYS = 4
+#: Pixels beside a crop on which its pixels depend, at most: means over coarse blocks are compared with those of a block
+#: beside them, on a ground where surfaces are near, whose outlines are found by a pixel's neighbours.
+MARGIN = 3 * _core.COARSE_REACH + 2
+#: Rays to a light from a pixel that sends any. Means over blocks of the fewest have little noise, and those of the most
+#: have less than pictures can show.
+LEAST_RAYS, MOST_RAYS = 4, 1024
 # The layers that tell surfaces apart.
 _GUIDES = ("position", "normal", "geometry_ids")
 
@@ -74,24 +76,34 @@ class SoftLight:
         return AmbientOcclusion(count, distance=self._distance)._taking(look, names)
 
 
+def part_of(report: Report | None, begin: float, end: float) -> Report | None:
+    """Progress from 0 to 1 of a part of the work, from `begin` to `end` of the whole."""
+    return report and (lambda fraction: report(begin + (end - begin) * fraction))
+
+
 class Passes:
     """Passes over the pixels of a picture, of which later ones render some pixels again."""
 
     def __init__(
-        self, camera: Any, size: tuple[int, int], crop: tuple[int, int, int, int] | None, report: Report | None
+        self,
+        camera: Any,
+        size: tuple[int, int],
+        crop: tuple[int, int, int, int] | None,
+        report: Report | None,
+        done: float,
     ):
         self._camera, self._report = camera, report
+        self.has_lens = getattr(camera, "aperture_radius", 0.0) > 0
         self._options: dict[str, Any] = {"size": size, "crop": crop}
-        self.done = 0.0
+        self.done = done
         self.first = (0, 0) if crop is None else crop[:2]
 
     def _progress(self, until: float) -> Report | None:
         begin, self.done = self.done, until
-        report = self._report
-        return report and (lambda fraction: report(begin + (until - begin) * fraction))
+        return part_of(self._report, begin, until)
 
     def pictures(self, scene: Scene, looks: Sequence[Looks], until: float) -> list[Image]:
-        """Pictures in several looks with a ray through the centre of each pixel; the first tells surfaces apart."""
+        """Pictures in several looks with one ray through each pixel; the first has the layers of its centre."""
         options = {**self._options, "layers": _GUIDES, "samples": 1, "ambient_occlusion_samples": 1}
         progress = self._progress(until)
         return [
@@ -124,31 +136,42 @@ def lit_surfaces(
 
     `sky` is the brightness of the sky. `samples` rays go through each pixel that shows several surfaces.
     """
-    open_key, open_sky, filled = passes.pictures(scene, light.open(looks), 0.2 * until)
+    begin = passes.done
+
+    def after(part):
+        return begin + part * (until - begin)
+
+    open_key, open_sky, filled = passes.pictures(scene, light.open(looks), after(0.2))
     guides = open_key._arrays
     edges = _core.edges(guides)
-    uneven = _core.uneven_pixels([(guides, 1.0), (open_sky._arrays, sky), (filled._arrays, 1.0)], guides, edges)
 
     def seen(hidden, mask, step):
         in_key, in_sky = hidden
         pairs = (in_key._arrays, guides), (in_sky._arrays, open_sky._arrays)
         return _core.seen_parts(pairs, guides, edges, mask, step)
 
-    in_hidden = light.hidden(looks)
-    hidden = [Image(guides.blank()) for _ in in_hidden]
-    passes.again(hidden, scene, in_hidden, open_key.color[..., 3] > 0, 0.5 * until, step=_core.COARSE_STEP)
-    seen_parts = seen(hidden, ~edges, _core.COARSE_STEP)
-    change = _core.changes(seen_parts, guides, edges)
-    hidden = [Image(guides.blank()) for _ in in_hidden]
-    passes.again(hidden, scene, in_hidden, _core.widened(change > 0, _core.FINE_REACH) & ~edges, 0.7 * until)
-
-    # Light is compared with and without shadows of the same rays: the other colours of several rays come last.
     pictures, in_open = [open_key, open_sky, filled], light.open(looks)
+    hidden = [Image(guides.blank()) for _ in light.hidden(looks)]
     in_all = in_open + light.hidden(looks, samples)
-    passes.again(pictures + hidden, scene, in_all, uneven & edges, 0.9 * until, samples=samples)
-    change[edges] = 1
-    seen_parts += change * (seen(hidden, change > 0, 1) - seen_parts)
-    passes.again(pictures, scene, in_open, uneven & ~edges, until, samples=samples)
+    if passes.has_lens:  # each ray of a pixel may show another surface
+        everywhere = np.ones_like(edges)
+        passes.again(pictures + hidden, scene, in_all, everywhere, until, samples=samples)
+        seen_parts = seen(hidden, everywhere, 1)
+    else:
+        sum = [(guides, 1.0), (open_sky._arrays, sky), (filled._arrays, 1.0)]
+        uneven = _core.uneven_pixels(sum, guides, edges)
+        coarse, in_hidden = [Image(guides.blank()) for _ in hidden], light.hidden(looks)
+        passes.again(coarse, scene, in_hidden, open_key.color[..., 3] > 0, after(0.5), step=_core.COARSE_STEP)
+        seen_parts = seen(coarse, ~edges, _core.COARSE_STEP)
+        change = _core.changes(seen_parts, guides, edges)
+        near = _core.widened(change > 0, _core.FINE_REACH)
+        passes.again(hidden, scene, in_hidden, near & ~edges, after(0.7))
+        passes.again(pictures + hidden, scene, in_all, uneven & edges, after(0.9), samples=samples)
+        change[edges] = 1
+        np.copyto(seen_parts, 0, where=change == 1)
+        seen_parts += change * (seen(hidden, change > 0, 1) - seen_parts)
+        # Light is compared with and without shadows of the same rays: other colours of several rays come last.
+        passes.again(pictures, scene, in_open, uneven & ~edges & (samples > 1), until, samples=samples)
     of_key, of_sky = seen_parts[..., None]
     color = open_key.color[..., :3]
     color[:] = of_key * color + sky * of_sky * open_sky.color[..., :3] + filled.color[..., :3]

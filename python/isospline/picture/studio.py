@@ -25,7 +25,7 @@ from ..suggest.presentation import suggested_view
 from .ground import diagonal, square_below, upright_axes
 from .image import Image
 from .materials import check_materials, names_in_shadings
-from .soft_light import LEAST_RAYS, MARGIN, Passes, SoftLight, hidden_from_plane, lit_surfaces
+from .soft_light import LEAST_RAYS, MARGIN, MOST_RAYS, Passes, SoftLight, hidden_from_plane, lit_surfaces, part_of
 
 if TYPE_CHECKING:
     from ..base.types import Background
@@ -38,8 +38,8 @@ _ANGLE = 14.0
 _OPEN = 0.65
 # The ground's extent from the middle of the scene, in diagonals of the scene.
 _GROUND_REACH = 2.5
-# The part of the time until the ground is drawn.
-_UNTIL_GROUND = 0.7
+# The parts of the time until layers and all surfaces are drawn.
+_UNTIL_LAYERS, _UNTIL_GROUND = 0.1, 0.7
 
 # What cuts that show values have in pictures of light: rules are not lit.
 _BLACK = ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
@@ -68,7 +68,7 @@ class Studio:
         if the camera's upward direction is nearer to it.
     light_samples : int
         Shadow rays to the key light, and rays to the sky, for each of a pixel's `samples`, of which 4 count at least;
-        1 to 65536. Where light changes slowly, one pixel in four casts them.
+        1 to 65536. No pixel casts more than about 1024 to each. Where light changes slowly, one pixel in four does.
     fast : bool
         Leaves out shadows, sky and ground; takes about a tenth of the time.
     material : Material, optional
@@ -172,22 +172,24 @@ def render_in_studio(
         ground = square_below(axes, extents, _GROUND_REACH)
     samples, crop = options["samples"], options["crop"]
 
-    def pictures(shading, **more):
-        more = {**options, "progress": None, **more}
+    def one_picture(shading, begin, end, **more):
+        more = {**options, "progress": part_of(progress, begin, end), **more}
         return Image(_core.render_looks(scene, camera, shadings=[shading], **more)[0])
 
-    layered = None
+    layered, done = None, 0.0
     if crop is not None or named != ():
-        layered = pictures(looks, samples=1)
+        layered, done = one_picture(looks, 0.0, _UNTIL_LAYERS, samples=1), _UNTIL_LAYERS
     wide, inner = _widened(crop, options["size"])
-    passes = Passes(camera, options["size"], wide, progress)
-    soft = SoftLight(lights.key, lights.fill, max(samples, LEAST_RAYS) * light.light_samples, radius)
-    lit = lit_surfaces(passes, soft, light.sky, scene, looks, samples, 1.0 if ground is None else _UNTIL_GROUND)
+    passes = Passes(camera, options["size"], wide, progress, done)
+    count = min(max(samples, LEAST_RAYS) * light.light_samples, MOST_RAYS)
+    soft = SoftLight(lights.key, lights.fill, count, radius)
+    until = 1.0 if ground is None else _UNTIL_GROUND
+    lit = lit_surfaces(passes, soft, light.sky, scene, looks, samples, until)
     image = Image(lit._arrays.blank()) if layered is None else layered
     image._arrays.set_color(lit.color[inner])
     image._arrays.tone_map("neutral")
     if values:
-        _add_values(image, pictures(values, **{**flat, "layers": albedo}))
+        _add_values(image, one_picture(values, until, until, **{**flat, "layers": albedo}))
 
     shade = None
     if ground is not None:

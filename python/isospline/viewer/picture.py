@@ -28,7 +28,7 @@ FINAL_SAMPLES = {"studio": STUDIO_SAMPLES, "phong": 16, "outline": 16, "ambient-
 #: The lights of path tracing: the sky, the lamp's irradiance / pi, and how far its direction is to the right and up.
 SKY, LAMP, LAMP_RIGHT, LAMP_UP = 0.7, 0.45, 0.6, -0.8
 
-# The part of the sky that surfaces see in moving pictures, and in ambient occlusion those at right angles to the view.
+# The part of the sky that surfaces see in moving pictures: in path tracing, and in ambient occlusion at outlines.
 _SEEN_SKY, _AT_EDGES = 0.8, 0.5
 
 # Samples per pixel in each pass.
@@ -288,7 +288,7 @@ def path_tracing_lights(camera):
 def light_in_motion(light, camera):
     """Parameters of `Phong` for about the light of pictures that are too slow for movement.
 
-    A part of the sky is hidden from most surfaces. In ambient occlusion, it is from those turned away from the viewer.
+    From most surfaces, a part of the sky is hidden: in ambient occlusion, the more they turn from the viewer.
     """
     if light == "path-trace":
         return {"ambient": _SEEN_SKY * SKY, "lights": [_lamp(camera, LAMP)], "opacity": 1.0, "silhouette_opacity": None}

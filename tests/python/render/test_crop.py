@@ -50,6 +50,7 @@ def compare(whole, part, window):
         dict(light=isospline.PathTracer(max_bounces=3), samples=3, layers=("albedo", "direct", "variance")),
         dict(light=isospline.PathTracer(seed=5), samples=1, encoding="srgb8"),
         dict(light=isospline.Studio(light_samples=2), samples=4, background="white"),
+        dict(light=isospline.Studio(), opacity=0.5, samples=3, background="white"),
         dict(light=isospline.Studio(fast=True), background="white"),
     ],
     ids=lambda look: "-".join(look),

@@ -54,7 +54,7 @@ def test_few_rays_give_the_light_of_many():
     few, many = (
         isospline.render(surface, light=isospline.Studio(), samples=samples, **options) for samples in (4, 256)
     )
-    for shown, noise in ((few.mask, 0.05), (~few.mask, 0.012)):
+    for shown, noise in ((few.mask, 0.02), (~few.mask, 0.012)):
         error = (few.color - many.color)[shown][:, :3]
         assert np.sqrt((error**2).mean()) < noise and abs(error.mean()) < 0.002
 
@@ -115,12 +115,130 @@ def test_pixels_are_rendered_again_as_in_the_whole_picture():
     again = mask & ((rows + 5) % 3 == 0) & ((columns + 7) % 3 == 0)
     for picture, old, new in zip(pictures, before, expected):
         np.testing.assert_array_equal(picture.color, np.where(again[..., None], new.color, old.color))
-        assert picture.covered_count == (picture.color[..., 3] > 0).sum()
     np.testing.assert_array_equal(pictures[0].depth, before[0].depth)
-    with pytest.raises(ValueError, match="^images: expected one of the window's size for each look"):
-        _core.render_again(scene, camera, images=pictures[:1], mask=mask, step=3, samples=3, progress=None, **options)
-    with pytest.raises(ValueError, match="^mask: expected a number for each pixel"):
-        _core.render_again(scene, camera, images=pictures, mask=mask[1:], step=1, samples=3, progress=None, **options)
+    same = dict(samples=3, progress=None, **options)
+    for bad, message in (
+        (dict(images=pictures[:1]), "images: expected one of the window's size for each look"),
+        (dict(images=[pictures[0], None]), "images: expected one of the window's size for each look"),
+        (dict(mask=mask.T), "mask: expected a bool for each pixel of the window"),
+        (dict(step=0), "step: expected a number of at least 1, got 0"),
+    ):
+        with pytest.raises(ValueError, match=f"^{message}"):
+            _core.render_again(scene, camera, **{"images": pictures, "mask": mask, "step": 1, **same, **bad})
+
+
+def guides_of(scene, camera, size):
+    options = dict(layers=("position", "normal", "geometry_ids"), samples=1, ambient_occlusion_samples=1)
+    (image,) = _core.render_looks(
+        scene, camera, shadings=[isospline.Phong()], size=size, crop=None, progress=None, **options
+    )
+    return image
+
+
+def two_squares():
+    """Squares at two heights that meet at x = 0 in the picture, and a camera above; a pixel is 1 wide."""
+    half = np.array([(-16, -12), (0, -12), (0, 12), (-16, 12)])
+    faces = [(0, 1, 2), (0, 2, 3)]
+    low = isospline.Mesh(np.column_stack([half, np.full(4, 0.0)]), faces)
+    high = isospline.Mesh(np.column_stack([half + (16, 0), np.full(4, 5.0)]), faces)
+    camera = isospline.OrthographicCamera((0, 0, 50), (0, 0, 0), (0, 1, 0), height=30)
+    return isospline.Scene([low, high]), camera, (40, 30)
+
+
+def test_edges_are_beside_other_surfaces_and_in_the_background():
+    scene, camera, size = two_squares()
+    guides = guides_of(scene, camera, size)
+    expected = np.ones(size[::-1], dtype=bool)
+    expected[3:27, 4:19] = expected[3:27, 21:36] = False
+    np.testing.assert_array_equal(_core.edges(guides), expected)
+
+
+def test_uneven_pixels_differ_from_a_neighbour():
+    scene, camera, size = two_squares()
+    guides = guides_of(scene, camera, size)
+    edges = _core.edges(guides)
+    picture = guides.blank()
+    color = np.array(picture.color)
+    color[..., :3], color[..., 3] = 0.25, 1
+    color[10, 10, 1] = 0.25 + 2 * 0.5 * 0.039  # the root differs by less than 0.04
+    color[20, 30, 2] = 4.0
+    color[20, 29, 2] = 4.0 - 2 * 2 * 0.041  # of bright light, too: shadows may fall on it
+    picture.set_color(color)
+    around = np.zeros_like(edges)
+    around[19:22, 28:32] = True
+    seen = np.zeros_like(edges)
+    seen[3:27, 4:36] = True
+    np.testing.assert_array_equal(_core.uneven_pixels([(picture, 1.0)], guides, edges), around | (edges & seen))
+
+
+def test_light_changes_fast_over_one_surface_or_where_it_is_not_known():
+    scene, camera, size = two_squares()
+    guides = guides_of(scene, camera, size)
+    edges = _core.edges(guides)
+    parts = np.zeros((2, *edges.shape), dtype=np.float32)
+    parts[1] = 0.05 * np.arange(size[0])  # 0.2 over four pixels, halfway from slow to fast
+    parts[0, 10, 25] = np.nan
+    expected = np.zeros(edges.shape)
+    rows = np.s_[3:27]
+    expected[rows, 4:19] = expected[rows, 21:36] = (0.2 - 0.15) / 0.15
+    expected[10, 25] = 1
+    np.testing.assert_allclose(_core.changes(parts, guides, edges), expected, atol=1e-5)
+    means = np.zeros(edges.shape, dtype=np.float32)
+    means[:, 20:] = 0.04
+    expected = np.zeros(edges.shape)
+    expected[:, 16:24] = (0.04 - 0.03) / 0.03
+    np.testing.assert_allclose(_core.changes_on_plane(means), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("column", [20, 21])
+@pytest.mark.parametrize("samples", [1, 4])
+def test_surfaces_one_pixel_wide_have_shadows(column, samples):
+    """Below an invisible cover, which hides the key light and the sky."""
+    x = column - 20 + 0.5 + np.array([-0.45, 0.45, 0.45, -0.45])
+    strip = isospline.Mesh(np.column_stack([x, [-12, -12, 12, 12], [0] * 4]), [(0, 1, 2), (0, 2, 3)], color="white")
+    wide = 40 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    cover = isospline.Mesh(np.column_stack([wide, [5] * 4]), [(0, 1, 2), (0, 2, 3)])
+    camera = isospline.OrthographicCamera((0, 0, 50), (0, 0, 0), (0, 1, 0), height=30)
+    options = dict(
+        size=(40, 30), light=isospline.Studio(ground=False, fill=0), samples=samples, background="transparent"
+    )
+    scene = isospline.Scene([strip])
+    lit = isospline.render(scene, camera, **options).color[10:20, column]
+    scene.add(cover, visible=False)
+    dark = isospline.render(scene, camera, **options).color[10:20, column]
+    assert (dark[:, 3] > 0.8).all() and (dark[:, 0] < 0.3 * lit[:, 0]).all()
+
+
+def test_a_lens_has_all_rays_in_all_pixels():
+    """Out of focus, the outline is as wide as with Phong's model, in which each pixel has all rays."""
+    camera = isospline.camera_for(sphere(), size=SIZE).with_lens(aperture_radius=2.0, focus_distance=10.0)
+    options = dict(size=SIZE, samples=16, background="transparent")
+    image = isospline.render(sphere(), camera, light=isospline.Studio(ground=False), **options)
+    plain = isospline.render(sphere(), camera, light="phong", **options)
+    np.testing.assert_array_equal(image.color[..., 3], plain.color[..., 3])
+    assert ((plain.color[..., 3] > 0) & (plain.color[..., 3] < 1)).mean() > 0.1
+
+
+def test_many_rays_to_lights_are_cut_down_to_what_pictures_can_show():
+    options = dict(size=(8, 6), samples=3, background="transparent")
+    light = isospline.Studio(ground=False, light_samples=65536)
+    image = isospline.render(sphere(), light=light, **options)
+    other = isospline.render(sphere(), light=light.replace(light_samples=256), **options)
+    np.testing.assert_array_equal(image.color, other.color)
+
+
+@pytest.mark.parametrize("layers", [("ambient_occlusion",), ()])
+def test_pictures_with_layers_can_be_cancelled_from_the_start(layers):
+    told = []
+
+    def progress(fraction):
+        told.append(fraction)
+        return fraction > 0
+
+    options = dict(size=(100, 80), layers=layers, ambient_occlusion_samples=64, light=FEW)
+    with pytest.raises(isospline.Cancelled):
+        isospline.render(sphere(), progress=progress, **options)
+    assert told == [0]
 
 
 def test_no_highlight_is_blown_out():
