@@ -84,19 +84,13 @@ def part_of(report: Report | None, begin: float, end: float) -> Report | None:
 class Passes:
     """Passes over the pixels of a picture, of which later ones render some pixels again."""
 
-    def __init__(
-        self,
-        camera: Any,
-        size: tuple[int, int],
-        crop: tuple[int, int, int, int] | None,
-        report: Report | None,
-        done: float,
-    ):
+    def __init__(self, camera: Any, options: Mapping[str, Any], report: Report | None, done: float):
         self._camera, self._report = camera, report
         self.has_lens = getattr(camera, "aperture_radius", 0.0) > 0
-        self._options: dict[str, Any] = {"size": size, "crop": crop}
+        self._options = {name: options[name] for name in ("size", "crop")}
+        self._occlusion_samples = options["ambient_occlusion_samples"]  # checked, though no layer needs them
         self.done = done
-        self.first = (0, 0) if crop is None else crop[:2]
+        self.first = (0, 0) if options["crop"] is None else options["crop"][:2]
 
     def _progress(self, until: float) -> Report | None:
         begin, self.done = self.done, until
@@ -104,12 +98,9 @@ class Passes:
 
     def pictures(self, scene: Scene, looks: Sequence[Looks], until: float) -> list[Image]:
         """Pictures in several looks with one ray through each pixel; the first has the layers of its centre."""
-        options = {**self._options, "layers": _GUIDES, "samples": 1, "ambient_occlusion_samples": 1}
-        progress = self._progress(until)
-        return [
-            Image(each)
-            for each in _core.render_looks(scene, self._camera, shadings=looks, progress=progress, **options)
-        ]
+        options: dict[str, Any] = {"layers": _GUIDES, "samples": 1, **self._options}
+        options.update(ambient_occlusion_samples=self._occlusion_samples, progress=self._progress(until))
+        return [Image(each) for each in _core.render_looks(scene, self._camera, shadings=looks, **options)]
 
     def again(
         self,

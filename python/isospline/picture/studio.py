@@ -132,7 +132,6 @@ def render_in_studio(
 ) -> Image:
     """Render a scene in this light, whose materials are by geometry id."""
     _core.background_color(background)  # raises for a bad one
-    check_count(options["ambient_occlusion_samples"], "ambient_occlusion_samples", 65536)
     light = light.replace(up=upward_for(scene, camera)) if light.up is None else light
     looks, values = _without_values(_looks(scene, light))
     lights = _Lights(light, camera)
@@ -180,7 +179,7 @@ def render_in_studio(
     if crop is not None or named != ():
         layered, done = one_picture(looks, 0.0, _UNTIL_LAYERS, samples=1), _UNTIL_LAYERS
     wide, inner = _widened(crop, options["size"])
-    passes = Passes(camera, options["size"], wide, progress, done)
+    passes = Passes(camera, {**options, "crop": wide}, progress, done)
     count = min(max(samples, LEAST_RAYS) * light.light_samples, MOST_RAYS)
     soft = SoftLight(lights.key, lights.fill, count, radius)
     until = 1.0 if ground is None else _UNTIL_GROUND
