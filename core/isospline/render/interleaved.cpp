@@ -44,11 +44,7 @@ public:
     {
         return pixel.x >= 0 && pixel.y >= 0 && pixel.x < size_.x && pixel.y < size_.y;
     }
-    std::size_t number(const glm::ivec2& pixel) const
-    {
-        return static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size_.x) +
-               static_cast<std::size_t>(pixel.x);
-    }
+    std::size_t number(const glm::ivec2& pixel) const { return Window{glm::ivec2(0), size_}.number(pixel); }
 
     /// Calls `visit(pixel, its number)` for all pixels, in parallel.
     template <typename Visit>
@@ -192,15 +188,16 @@ LightParts seen_parts(const std::array<PicturesOfLight, light_count>& lights, co
         if (!mask[here])
             return;
         std::array<Mean, light_count> means;
-        bool any = false;
+        // Nothing is asked of surfaces that are too translucent to be seen.
+        bool is_known = lights[0].unhidden->color[here].a == 0.0f;
         pixels.visit_block(pixel, step, [&](std::size_t there, float weight) {
             if (edges[here] ? edges[there] == 0 : !are_alike(guides, here, there))
                 return;
             for (std::size_t i = 0; i < light_count; ++i)
                 means[i].add(given[i].part[there], weight * given[i].known[there]);
-            any |= lights[0].lit->color[there].a > 0.0f;
+            is_known |= lights[0].lit->color[there].a > 0.0f;
         });
-        const float without_light = edges[here] ? 0.0f : any ? 1.0f : std::numeric_limits<float>::quiet_NaN();
+        const float without_light = edges[here] ? 0.0f : is_known ? 1.0f : std::numeric_limits<float>::quiet_NaN();
         for (std::size_t i = 0; i < light_count; ++i)
             results[i][here] = means[i].or_else(without_light);
     });

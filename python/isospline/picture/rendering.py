@@ -93,8 +93,7 @@ def render(
         Rays per pixel, from 1 to 65536, by default 4 in a `Studio` and otherwise 1; the colour is their mean. They are
         evenly spread over the pixel, and over the camera's lens if it has one. With an even number or a lens, one more
         ray goes through the centre, for the layers. In a `Studio` and without a lens, a pixel has only the ray through
-        its centre if that has about the colour of its neighbours: surfaces that are narrower than a pixel may be
-        missed.
+        its centre if its colour is about that of its neighbours: surfaces narrower than a pixel may be missed.
     layers : sequence of str
         Further arrays of the `Image`, by name: "depth", "position", "normal", "albedo", "gradient_magnitude",
         "curvature", "ambient_occlusion", "geometry_ids", "primitive_ids", "mask", "certified" and, with a path tracer,

@@ -125,14 +125,16 @@ def lit_surfaces(
 ) -> Image:
     """A picture of Phong shadings in a soft light, linear and without a background.
 
-    `sky` is the brightness of the sky. `samples` rays go through each pixel that shows several surfaces.
+    `sky` is the brightness of the sky. `samples` rays go through each pixel whose colour differs from a neighbour's,
+    and with a lens through all.
     """
     begin = passes.done
 
     def after(part):
         return begin + part * (until - begin)
 
-    open_key, open_sky, filled = passes.pictures(scene, light.open(looks), after(0.2))
+    in_open, in_hidden, in_part = light.open(looks), light.hidden(looks), light.hidden(looks, samples)
+    open_key, open_sky, filled = pictures = passes.pictures(scene, in_open, after(0.2))
     guides = open_key._arrays
     edges = _core.edges(guides)
 
@@ -141,23 +143,21 @@ def lit_surfaces(
         pairs = (in_key._arrays, guides), (in_sky._arrays, open_sky._arrays)
         return _core.seen_parts(pairs, guides, edges, mask, step)
 
-    pictures, in_open = [open_key, open_sky, filled], light.open(looks)
-    hidden = [Image(guides.blank()) for _ in light.hidden(looks)]
-    in_all = in_open + light.hidden(looks, samples)
+    hidden = [Image(guides.blank()) for _ in in_hidden]
     if passes.has_lens:  # each ray of a pixel may show another surface
         everywhere = np.ones_like(edges)
-        passes.again(pictures + hidden, scene, in_all, everywhere, until, samples=samples)
+        passes.again(pictures + hidden, scene, in_open + in_part, everywhere, until, samples=samples)
         seen_parts = seen(hidden, everywhere, 1)
     else:
         sum = [(guides, 1.0), (open_sky._arrays, sky), (filled._arrays, 1.0)]
         uneven = _core.uneven_pixels(sum, guides, edges)
-        coarse, in_hidden = [Image(guides.blank()) for _ in hidden], light.hidden(looks)
+        coarse = [Image(guides.blank()) for _ in in_hidden]
         passes.again(coarse, scene, in_hidden, open_key.color[..., 3] > 0, after(0.5), step=_core.COARSE_STEP)
         seen_parts = seen(coarse, ~edges, _core.COARSE_STEP)
         change = _core.changes(seen_parts, guides, edges)
         near = _core.widened(change > 0, _core.FINE_REACH)
         passes.again(hidden, scene, in_hidden, near & ~edges, after(0.7))
-        passes.again(pictures + hidden, scene, in_all, uneven & edges, after(0.9), samples=samples)
+        passes.again(pictures + hidden, scene, in_open + in_part, uneven & edges, after(0.9), samples=samples)
         change[edges] = 1
         np.copyto(seen_parts, 0, where=change == 1)
         seen_parts += change * (seen(hidden, change > 0, 1) - seen_parts)

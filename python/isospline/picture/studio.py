@@ -67,8 +67,9 @@ class Studio:
         The direction away from the ground; by default (0, 0, 1), or the one that `suggest_view` suggests for the scene
         if the camera's upward direction is nearer to it.
     light_samples : int
-        Shadow rays to the key light, and rays to the sky, for each of a pixel's `samples`, of which 4 count at least;
-        1 to 65536. No pixel casts more than about 1024 to each. Where light changes slowly, one pixel in four does.
+        Shadow rays to the key light, and rays to the sky, for each of the `samples` of a pixel, of which 4 count at
+        least; 1 to 65536. No pixel casts more than about 1024 to each. Where light changes slowly, one pixel in four
+        casts some.
     fast : bool
         Leaves out shadows, sky and ground; takes about a tenth of the time.
     material : Material, optional

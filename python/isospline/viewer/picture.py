@@ -212,7 +212,7 @@ class PictureMaker:
         if state.light == "ambient-occlusion" and not moving:
             return AmbientOcclusion(color=color, **look)
         if state.light in ("ambient-occlusion", "path-trace"):
-            look |= light_in_motion(state.light, state.camera)
+            look |= _light_in_motion(state.light, state.camera)
             return Phong(color=color, diffuse=1.0, specular=0.0, **look)
         return Phong(color=color, shadows=state.shadows and not moving, **look)
 
@@ -285,7 +285,7 @@ def path_tracing_lights(camera):
     return [EnvironmentLight(SKY), _lamp(camera, LAMP * math.pi)]
 
 
-def light_in_motion(light, camera):
+def _light_in_motion(light, camera):
     """Parameters of `Phong` for about the light of pictures that are too slow for movement.
 
     From most surfaces, a part of the sky is hidden: in ambient occlusion, the more they turn from the viewer.

@@ -344,3 +344,13 @@ def test_what_does_not_go_with_it(options, message):
 def test_bad_studios(options):
     with pytest.raises(ValueError, match=f"^{next(iter(options))}: expected "):
         isospline.Studio(**options)
+
+
+def test_surfaces_too_translucent_to_be_stored_are_not_seen():
+    """Their opacity rounds to 0 in single precision where they face the viewer."""
+    veil = isospline.Material(opacity=0, silhouette_opacity=1, silhouette_exponent=60)
+    light = FEW.replace(material=veil, ground=False)
+    image = isospline.render(sphere(), size=SIZE, light=light, background="transparent")
+    assert np.isfinite(image.color).all()
+    row = image.color[SIZE[1] // 2, :, 3]
+    assert row.max() > 1e-4 and (row[SIZE[0] // 2 - 5 : SIZE[0] // 2 + 5] == 0).all()
