@@ -9,7 +9,9 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace isospline {
@@ -24,17 +26,20 @@ constexpr std::uint64_t bit_of(const glm::ivec3& cell)
 template <int Degree>
 Side side_of(const CellCoefficients& cell, double sign)
 {
-    const float* const first = cell.row(0, 0);
-    float least = *first, most = *first;
+    // By column of a row, so that comparisons do not wait for each other.
+    std::array<float, Degree + 1> least, most;
+    std::copy_n(cell.row(0, 0), Degree + 1, least.begin());
+    most = least;
     for (int k = 0; k <= Degree; ++k)
         for (int j = 0; j <= Degree; ++j) {
             const float* const row = cell.row(j, k);
-            for (int i = 0; i <= Degree; ++i) {
-                least = row[i] < least ? row[i] : least;
-                most = row[i] > most ? row[i] : most;
+            for (std::size_t i = 0; i <= Degree; ++i) {
+                least[i] = row[i] < least[i] ? row[i] : least[i];
+                most[i] = row[i] > most[i] ? row[i] : most[i];
             }
         }
-    return side_of(static_cast<double>(least) - cell.threshold, static_cast<double>(most) - cell.threshold, sign);
+    return side_of(*std::min_element(least.begin(), least.end()) - cell.threshold,
+                   *std::max_element(most.begin(), most.end()) - cell.threshold, sign);
 }
 
 /// The Bernstein coefficients of f - level in a cell. Two cells that share a face have the same ones there, bit for

@@ -2,6 +2,7 @@
 
 #include "isospline/cell/jet.h"
 #include "isospline/math/bernstein_box.h"
+#include "isospline/math/random.h"
 #include "isospline/measure/brick_solid.h"
 #include "isospline/measure/line_lanes.h"
 #include "isospline/measure/plane_section.h"
@@ -14,7 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <cstdint>
 
 namespace isospline {
 
@@ -25,11 +26,39 @@ constexpr std::size_t at(Quantity quantity)
     return static_cast<std::size_t>(quantity);
 }
 
+/// Of so many columns of cells, one has a pair of grids.
+constexpr int columns_of_pair = 4;
+/// sqrt((columns_of_pair - 1/2) / 2): half of the square of the difference of a pair estimates the variance v of one of
+/// them. That of their mean is v / 2, and that of each other column v.
+constexpr double deviation_of_pair = 1.3228756555322954;
+/// Where a coefficient is smaller than this part of the largest one, its sign might be lost in single precision.
+constexpr double least_in_lanes = 1e-18;
+
+/// The shifts of the lines along an axis through the cells at a place of the plane across it, as if at random.
+struct Shifts {
+    std::array<double, 2> first, second;
+    bool is_pair; ///< whether the second one is wanted: in one of 2 x 2 places
+};
+
+Shifts shifts_of(int axis, int x, int y)
+{
+    const auto words = [axis](int i, int j, std::uint32_t kind) {
+        return pcg4d(
+            {static_cast<std::uint32_t>(axis), static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j), kind});
+    };
+    const auto at_place = words(x, y, 0);
+    static_assert(columns_of_pair == 4);
+    const auto chosen = static_cast<int>(words(x / 2, y / 2, 1)[0] >> 30);
+    return {{to_unit_interval(at_place[0]), to_unit_interval(at_place[1])},
+            {to_unit_interval(at_place[2]), to_unit_interval(at_place[3])},
+            chosen == x % 2 + 2 * (y % 2)};
+}
+
 } // namespace
 
 struct CellLines::Method {
     virtual ~Method() = default;
-    virtual bool add(const CellCoefficients& cell, double sign, LineSums& to) const = 0;
+    virtual bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const = 0;
 };
 
 template <int Degree>
@@ -42,70 +71,36 @@ struct CellLines::MethodOfDegree final : Method {
     /// A node along one coordinate.
     struct Node {
         double position;
-        std::array<double, 3> weights; ///< of the rules
-        Line values, slopes;           ///< of the Bernstein polynomials there
+        Line values, slopes; ///< of the Bernstein polynomials there
     };
+
+    static Node node_at(double position)
+    {
+        return {position, bernstein_values<Degree>(position), bernstein_slopes<Degree>(position)};
+    }
 
     explicit MethodOfDegree(const QuadratureOptions& given)
         : options(given), to_lattice(glm::inverse(given.lattice_to_world)),
           determinant(std::abs(glm::determinant(given.lattice_to_world)))
     {
-        const std::vector<QuadratureNode> rule = gauss_legendre(given.order);
-        const auto middle = rule.size() / 2;
-        const auto without_middle = weights_without(rule, [&](std::size_t i) { return i == middle; });
-        const auto every_other = weights_without(rule, [&](std::size_t i) { return i % 2 == 1; });
-        for (std::size_t i = 0; i < rule.size(); ++i)
-            nodes.push_back({rule[i].position,
-                             {rule[i].weight, without_middle[i], every_other[i]},
-                             bernstein_values<Degree>(rule[i].position),
-                             bernstein_slopes<Degree>(rule[i].position)});
-        if constexpr (Degree <= 2)
-            set_lanes();
-    }
-
-    /// The nodes for SIMD lanes.
-    void set_lanes()
-    {
-        in_lanes.count = nodes.size();
-        const std::size_t padded = (nodes.size() + LineNodes::group - 1) / LineNodes::group * LineNodes::group;
-        for (std::size_t i = 0; i < padded; ++i) {
-            const Node& node = nodes[std::min(i, nodes.size() - 1)];
-            for (std::size_t k = 0; k < count; ++k) {
-                in_lanes.values[k].push_back(node.values[k]);
-                in_lanes.slopes[k].push_back(node.slopes[k]);
-            }
-            for (std::size_t r = 0; r < 3; ++r)
-                in_lanes.weights[r].push_back(i < nodes.size() ? node.weights[r] : 0.0);
-        }
         const glm::dmat3 metric = to_lattice * glm::transpose(to_lattice);
+        const double largest = std::max({metric[0][0], metric[1][1], metric[2][2]});
+        unit_of_metrics = std::sqrt(largest);
         for (int axis = 0; axis < 3; ++axis) {
             const int order[3] = {first_of_face(axis), second_of_face(axis), axis};
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j)
-                    metrics[axis][i][j] = metric[order[i]][order[j]];
+                    metrics[axis][i][j] = static_cast<float>(metric[order[i]][order[j]] / largest);
         }
     }
 
-    /// The weights of the rule that integrates the polynomial through the values at some of the nodes of a Gauss rule.
-    template <typename IsLeftOut>
-    static std::vector<double> weights_without(const std::vector<QuadratureNode>& rule, const IsLeftOut& is_left_out)
-    {
-        std::vector<double> weights(rule.size(), 0.0);
-        for (std::size_t i = 0; i < rule.size(); ++i)
-            for (const QuadratureNode& node : rule) {
-                double lagrange = is_left_out(i) ? 0.0 : 1.0;
-                for (std::size_t j = 0; j < rule.size(); ++j)
-                    if (j != i && !is_left_out(j))
-                        lagrange *= (node.position - rule[j].position) / (rule[i].position - rule[j].position);
-                weights[i] += node.weight * lagrange;
-            }
-        return weights;
-    }
-
-    bool add(const CellCoefficients& cell, double sign, LineSums& to) const override
+    bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const override
     {
         BernsteinBox<Degree> b = bernstein_of<Degree>(cell);
-        if (std::find(b.begin(), b.end(), 0.0) != b.end())
+        double smallest = std::abs(b[0]);
+        for (const double each : b)
+            smallest = std::min(smallest, std::abs(each));
+        if (smallest == 0.0)
             return false;
         for (double& each : b)
             each *= sign;
@@ -113,19 +108,26 @@ struct CellLines::MethodOfDegree final : Method {
         if (most < 0.0)
             return true;
         if (least > 0.0) {
-            for (auto& rule : to.rules)
-                rule[at(Quantity::volume)] += determinant;
+            to.value[at(Quantity::volume)] += determinant;
             to.magnitude[at(Quantity::volume)] += determinant;
             return true;
         }
         ++to.cells;
         const int steepest = steepest_axis(b);
-        if (!options.surface) {
-            add_lines({cell, sign, steepest, true, oriented(b, steepest)}, to);
-            return true;
-        }
+        const double largest = std::max(most, -least);
+        const bool in_lanes = has_lanes(Degree, options.curvature) && smallest > least_in_lanes * largest;
+        const double unit = in_lanes ? std::ldexp(1.0, -std::ilogb(largest)) : 1.0;
         for (int axis = 0; axis < 3; ++axis)
-            add_lines({cell, sign, axis, axis == steepest, oriented(b, axis)}, to);
+            if (axis == steepest || options.surface) {
+                const int x = place[first_of_face(axis)], y = place[second_of_face(axis)];
+                const Lines lines{cell, sign, axis, axis == steepest, in_lanes, unit, oriented(b, axis)};
+                const Shifts shifts = shifts_of(axis, x, y);
+                const Means means = mean_over(lines, shifts.first);
+                if (shifts.is_pair)
+                    add_pair(means, mean_over(lines, shifts.second), to.deviation[LineSums::column(axis, x, y)], to);
+                else
+                    add(means, 1.0, to);
+            }
         return true;
     }
 
@@ -158,6 +160,8 @@ struct CellLines::MethodOfDegree final : Method {
         double sign;
         int axis;
         bool add_volume;
+        bool in_lanes; ///< whether they are cut in SIMD lanes
+        double unit;   ///< a power of two by which the largest coefficient then becomes about 1
         Oriented c;
     };
 
@@ -166,16 +170,54 @@ struct CellLines::MethodOfDegree final : Method {
         std::array<Line, count> values{}, slopes{};
     };
 
-    void add_lines(const Lines& lines, LineSums& to) const
+    /// Means over lines, by quantity.
+    struct Means {
+        std::array<double, quantity_count> value{}, magnitude{};
+
+        void add(Quantity quantity, double number)
+        {
+            value[at(quantity)] += number;
+            magnitude[at(quantity)] += std::abs(number);
+        }
+    };
+
+    static void add(const Means& means, double weight, LineSums& to)
     {
-        if (has_lanes(Degree, options.curvature) && nodes.size() <= LineNodes::most)
-            return add_lines_in_lanes(lines, to);
-        for (const Node& x : nodes) {
+        for (std::size_t i = 0; i < quantity_count; ++i) {
+            to.value[i] += weight * means.value[i];
+            to.magnitude[i] += weight * means.magnitude[i];
+        }
+    }
+
+    static void add_pair(const Means& first, const Means& second, std::array<double, quantity_count>& deviation,
+                         LineSums& to)
+    {
+        add(first, 0.5, to);
+        add(second, 0.5, to);
+        for (std::size_t i = 0; i < quantity_count; ++i)
+            deviation[i] += deviation_of_pair * (first.value[i] - second.value[i]);
+    }
+
+    /// The means over the lines of a grid with these shifts.
+    Means mean_over(const Lines& lines, const std::array<double, 2>& shifts) const
+    {
+        constexpr int group = LineGrid::group;
+        const LineGrid grid{{options.order, (options.order + group - 1) / group * group}, shifts};
+        if constexpr (Degree <= 2)
+            if (lines.in_lanes)
+                return mean_in_lanes(lines, grid);
+        std::array<Node, LineGrid::most> second;
+        for (int i = 0; i < grid.counts[1]; ++i)
+            second[static_cast<std::size_t>(i)] = node_at(grid.position(1, i));
+        const double row_weight = 1.0 / grid.counts[0];
+        Means means;
+        for (int i = 0; i < grid.counts[0]; ++i) {
+            const Node x = node_at(grid.position(0, i));
             Plane plane;
-            for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t of_x = 0; of_x < count; ++of_x)
                 for (std::size_t j = 0; j < count; ++j)
                     for (std::size_t k = 0; k < count; ++k)
-                        plane.values[j][k] += x.values[i] * lines.c[i][j][k];
+                        plane.values[j][k] += x.values[of_x] * lines.c[of_x][j][k];
             double least = plane.values[0][0], most = least;
             for (const Line& row : plane.values)
                 for (const double each : row) {
@@ -183,46 +225,50 @@ struct CellLines::MethodOfDegree final : Method {
                     most = each > most ? each : most;
                 }
             if (least >= 0.0 && lines.add_volume)
-                add(Quantity::volume, determinant, x.weights, {1.0, 1.0, 1.0}, to);
+                means.add(Quantity::volume, determinant * row_weight);
             if (least >= 0.0 || most < 0.0)
                 continue;
             if (options.surface)
-                for (std::size_t i = 0; i < count; ++i)
+                for (std::size_t of_x = 0; of_x < count; ++of_x)
                     for (std::size_t j = 0; j < count; ++j)
                         for (std::size_t k = 0; k < count; ++k)
-                            plane.slopes[j][k] += x.slopes[i] * lines.c[i][j][k];
-            for (const Node& y : nodes)
-                add_line(lines, plane, x, y, to);
+                            plane.slopes[j][k] += x.slopes[of_x] * lines.c[of_x][j][k];
+            for (std::size_t j = 0; j < static_cast<std::size_t>(grid.counts[1]); ++j)
+                add_line(lines, plane, {x, second[j], row_weight / grid.counts[1]}, means);
         }
+        return means;
     }
 
-    void add_lines_in_lanes(const Lines& lines, LineSums& to) const
+    Means mean_in_lanes(const Lines& lines, const LineGrid& grid) const
     {
         LinesOverFace face{Degree, {}, metrics[lines.axis], lines.add_volume, options.surface};
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t j = 0; j < count; ++j)
-                std::copy(lines.c[i][j].begin(), lines.c[i][j].end(), face.c[i][j].begin());
-        const LineSumsOverFace sums = sum_lines(face, in_lanes);
-        const auto add_sums = [&](Quantity quantity, const std::array<double, 3>& of_rules) {
-            for (std::size_t rule = 0; rule < 3; ++rule)
-                to.rules[rule][at(quantity)] += determinant * of_rules[rule];
-            to.magnitude[at(quantity)] += determinant * of_rules[0];
-        };
-        if (lines.add_volume)
-            add_sums(Quantity::volume, sums.volume);
-        if (options.surface)
-            add_sums(Quantity::area, sums.area);
+                for (std::size_t k = 0; k < count; ++k)
+                    face.c[i][j][k] = static_cast<float>(lines.unit * lines.c[i][j][k]);
+        const LineMeansOverFace found = mean_over_lines(face, grid);
+        Means means;
+        means.add(Quantity::volume, determinant * found.volume);
+        means.add(Quantity::area, determinant * unit_of_metrics * found.area);
+        return means;
     }
 
-    void add_line(const Lines& lines, const Plane& plane, const Node& x, const Node& y, LineSums& to) const
+    /// A line, and its part in a mean.
+    struct LinePlace {
+        const Node& x;
+        const Node& y;
+        double weight;
+    };
+
+    void add_line(const Lines& lines, const Plane& plane, const LinePlace& place, Means& to) const
     {
         Line b{};
         for (std::size_t j = 0; j < count; ++j)
             for (std::size_t k = 0; k < count; ++k)
-                b[k] += y.values[j] * plane.values[j][k];
+                b[k] += place.y.values[j] * plane.values[j][k];
         if (!has_both_signs(b, count)) {
             if (lines.add_volume && b[0] >= 0.0)
-                add(Quantity::volume, determinant, x.weights, y.weights, to);
+                to.add(Quantity::volume, determinant * place.weight);
             return;
         }
         LinePolynomial line{Degree, {}};
@@ -236,17 +282,17 @@ struct CellLines::MethodOfDegree final : Method {
             is_inside = !is_inside;
             begin = s;
             if (options.surface)
-                add_crossing(s, lines, plane, x, y, to);
+                add_crossing(s, lines, plane, place, to);
         });
         if (is_inside)
             length += 1.0 - begin;
         if (lines.add_volume)
-            add(Quantity::volume, determinant * length, x.weights, y.weights, to);
+            to.add(Quantity::volume, determinant * length * place.weight);
     }
 
-    void add_crossing(double s, const Lines& lines, const Plane& plane, const Node& x, const Node& y,
-                      LineSums& to) const
+    void add_crossing(double s, const Lines& lines, const Plane& plane, const LinePlace& place, Means& to) const
     {
+        const auto& [x, y, weight] = place;
         const auto values = bernstein_values<Degree>(s);
         const Line slopes = bernstein_slopes<Degree>(s);
         glm::dvec3 gradient(0.0);
@@ -263,34 +309,25 @@ struct CellLines::MethodOfDegree final : Method {
         gradient[first_of_face(lines.axis)] = along_x;
         gradient[second_of_face(lines.axis)] = along_y;
         gradient[lines.axis] = along_axis;
-        const double area =
-            determinant * glm::length(gradient * to_lattice) * std::abs(along_axis) / glm::dot(gradient, gradient);
+        const double area = determinant * weight * glm::length(gradient * to_lattice) * std::abs(along_axis) /
+                            glm::dot(gradient, gradient);
         if (!std::isfinite(area))
             return;
-        add(Quantity::area, area, x.weights, y.weights, to);
+        to.add(Quantity::area, area);
         if (!options.curvature)
             return;
         const Jet jet = jet_in_cell<Degree>(lines.cell, point_of_face(lines.axis, {x.position, y.position}, s));
         const Curvature curvature = curvature_of_level_surface(jet.gradient * to_lattice,
                                                                glm::transpose(to_lattice) * jet.hessian * to_lattice);
-        add(Quantity::mean_curvature, -lines.sign * area * curvature.mean, x.weights, y.weights, to);
-        add(Quantity::gaussian_curvature, area * curvature.gaussian, x.weights, y.weights, to);
-    }
-
-    static void add(Quantity quantity, double found, const std::array<double, 3>& x, const std::array<double, 3>& y,
-                    LineSums& to)
-    {
-        for (std::size_t rule = 0; rule < 3; ++rule)
-            to.rules[rule][at(quantity)] += x[rule] * y[rule] * found;
-        to.magnitude[at(quantity)] += x[0] * y[0] * std::abs(found);
+        to.add(Quantity::mean_curvature, -lines.sign * area * curvature.mean);
+        to.add(Quantity::gaussian_curvature, area * curvature.gaussian);
     }
 
     QuadratureOptions options;
     glm::dmat3 to_lattice;
     double determinant;
-    std::vector<Node> nodes;
-    LineNodes in_lanes;    ///< the same
-    glm::dmat3 metrics[3]; ///< by axis
+    glm::mat3 metrics[3]; ///< by axis, see LinesOverFace
+    double unit_of_metrics;
 };
 
 CellLines::CellLines(int degree, const QuadratureOptions& options)
@@ -303,9 +340,9 @@ CellLines::CellLines(int degree, const QuadratureOptions& options)
 CellLines::~CellLines() = default;
 CellLines::CellLines(CellLines&&) noexcept = default;
 
-bool CellLines::add(const CellCoefficients& cell, double sign, LineSums& to) const
+bool CellLines::add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const
 {
-    return method_->add(cell, sign, to);
+    return method_->add(cell, place, sign, to);
 }
 
 } // namespace isospline

@@ -4,17 +4,25 @@
 #include "isospline/cell/coefficients.h"
 #include "isospline/measure/cell_quadrature.h"
 
+#include <glm/vec3.hpp>
+
 #include <array>
 #include <cstddef>
 #include <memory>
 
 namespace isospline {
 
-/// Integrals by a rule and by two coarser ones, whose differences from the first show its error.
+/// Integrals over the cells of a brick along lines, and of what their errors are estimated; see CellLines.
 struct LineSums {
-    std::array<std::array<double, quantity_count>, 3> rules{}; ///< the fine one first
-    std::array<double, quantity_count> magnitude{};            ///< by the fine one, of the absolute values
-    std::size_t cells = 0;                                     ///< that the surface may cross
+    std::array<double, quantity_count> value{}, magnitude{};        ///< magnitude: of the absolute value
+    std::array<std::array<double, quantity_count>, 12> deviation{}; ///< by column
+    std::size_t cells = 0;                                          ///< that the surface may cross
+
+    /// The columns of 4 x 4 cells along an axis, at a place of the plane across it.
+    static std::size_t column(int axis, int x, int y)
+    {
+        return static_cast<std::size_t>(4 * axis + x / 4 % 2 + 2 * (y / 4 % 2));
+    }
 };
 
 /// Integrates over cells along lines, in world units. One thread at a time.
@@ -28,21 +36,31 @@ struct LineSums {
 /// are the roots of polynomials of one variable. The surface is not divided, so no graph, edge or corner has to be
 /// found. The volume is the integral of the lengths of lines along the axis that is nearest to the normal.
 ///
-/// Lines are at the nodes of Gauss-Legendre rules. Within a cell their error is large where the surface leaves it
-/// through a face across the axis, but there, the same lines continue in the next cell: only the sums over many cells
-/// are precise.
+/// Lines are at the nodes of a grid with a random shift, the same in all cells that a line crosses, and every other
+/// node is mirrored (R. Cranley and T. N. L. Patterson, "Randomization of number theoretic methods for multiple
+/// integration", SIAM Journal on Numerical Analysis 13(6), 1976; F. J. Hickernell, "Obtaining O(N^(-2+e)) convergence
+/// for lattice quadrature rules", in: Monte Carlo and Quasi-Monte Carlo Methods 2000). So the expected value of a sum
+/// is the integral, whatever the surface has in common with the lattice, and the errors of lines through different
+/// columns of cells are independent. Within a cell their error is large where the surface leaves it through a face
+/// across the axis, but there, the same lines continue in the next cell: only the sums over many cells are precise.
+///
+/// One of 2 x 2 columns of cells, chosen at random, has two grids. The difference of the sums by both, times a factor,
+/// is the deviation. The square of its sum over a set of columns is an estimate of the variance of the error.
 class CellLines {
 public:
     /// Whether lines are cut in SIMD lanes.
     static bool has_lanes(int degree, bool curvature) { return degree <= 2 && !curvature; }
 
+    /// `options.order`: the number of lines along the first coordinate of a face, even, at most LineGrid::most. Along
+    /// the second one, it is the next multiple of LineGrid::group.
     explicit CellLines(int degree, const QuadratureOptions& options);
     ~CellLines();
     CellLines(CellLines&&) noexcept;
 
-    /// Adds the integrals over a cell that no half-space cuts. Returns false, and adds nothing, if a Bernstein
-    /// coefficient of f equals the level: then faces, edges or corners of the cell may be in the surface.
-    bool add(const CellCoefficients& cell, double sign, LineSums& to) const;
+    /// Adds the integrals over the cell at `place` of the lattice, which no half-space cuts. Returns false, and adds
+    /// nothing, if a Bernstein coefficient of f equals the level: then faces, edges or corners of the cell may be in
+    /// the surface.
+    bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const;
 
 private:
     struct Method;

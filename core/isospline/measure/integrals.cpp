@@ -1,5 +1,6 @@
 #include "isospline/measure/integrals.h"
 
+#include "isospline/measure/line_lanes.h"
 #include "isospline/measure/piece_integrals.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
@@ -13,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -22,28 +24,35 @@ namespace isospline {
 
 namespace {
 
-/// The rules for a tolerance. Those of lines come first, and need the more nodes the smaller the tolerance is; the
-/// numbers of nodes are odd, and fill SIMD lanes. Quadrature in every cell converges faster where the surface is
-/// smooth.
-constexpr std::array<PieceRule, 11> all_rules{{{true, 7},
-                                               {true, 15},
-                                               {true, 23},
-                                               {true, 31},
-                                               {true, 47},
-                                               {true, 63},
-                                               {true, 95},
-                                               {true, 127},
+/// The rules for a tolerance. Those of lines come first, and need the more lines the smaller the tolerance is.
+/// Quadrature in every cell converges faster where the surface is smooth.
+constexpr std::array<PieceRule, 13> all_rules{{{true, 4},
+                                               {true, 8},
+                                               {true, 12},
+                                               {true, 16},
+                                               {true, 24},
+                                               {true, 32},
+                                               {true, 48},
+                                               {true, 64},
+                                               {true, 96},
+                                               {true, 128},
                                                {false, 4},
                                                {false, 6},
                                                {false, 10}}};
-constexpr std::size_t first_quadrature = 8;
+constexpr std::size_t first_quadrature = 10;
+static_assert(std::all_of(all_rules.begin(), all_rules.begin() + first_quadrature,
+                          [](const PieceRule& rule) { return rule.order % 2 == 0 && rule.order <= LineGrid::most; }));
 /// From this rule of lines on, the first rule of quadrature takes no longer. Where lines are not in SIMD lanes, all
 /// rules of quadrature together take less than those from another rule on, which are not used.
-constexpr std::size_t first_slow_lines = 6, first_without_lanes = 3;
-/// The errors of lines fall with about this power of their number of nodes.
-constexpr double rate_of_lines = 3.0;
-/// Every so many pieces of a component are integrated first, to choose the rule for all, if there are enough.
+constexpr std::size_t first_slow_lines = 8, first_without_lanes = 5;
+/// The first rule mostly reaches this tolerance in large volumes, the second one a tenth of it.
+constexpr double tolerance_of_first_rule = 5e-4;
+/// The errors of lines fall with about this power of their number along a coordinate.
+constexpr double rate_of_lines = 2.0;
+/// Where slow lines come next, quadrature is tried in one of so many pieces of a component, and in at least so many.
 constexpr std::size_t sample_step = 16, fewest_sampled = 32;
+/// The relative error of sums over lines in single precision, whose rounding errors may be alike in all cells.
+constexpr double rounding_of_lines = 2.5e-7;
 /// The errors of lines are estimated by statistics of many cells. If there are fewer, they are not used.
 constexpr std::size_t fewest_cells_of_lines = 1000;
 
@@ -60,48 +69,24 @@ void check(const Solid& solid, const IntegralOptions& options)
 
 /// Sums over the pieces of one component, of one quantity.
 struct Sums {
-    double value = 0.0, error = 0.0, magnitude = 0.0;
-    std::array<double, 2> difference{};
-    double sum_of_squares = 0.0;
-    std::size_t line_cells = 0, line_pieces = 0;
+    double value = 0.0, error = 0.0, magnitude = 0.0; ///< error: of quadrature
+    double deviation = 0.0;                           ///< of lines, the standard one
+    double columns = 0.0;                             ///< of bricks: how many have most of the variance of lines
+    std::size_t line_cells = 0;
 
     void add(const PieceSums& piece, std::size_t quantity)
     {
         value += piece.integrals.value[quantity];
         magnitude += piece.magnitude[quantity];
         error += piece.integrals.error[quantity];
-        for (std::size_t coarse = 0; coarse < 2; ++coarse)
-            difference[coarse] += piece.difference[coarse][quantity];
-        sum_of_squares += std::pow(piece.largest_difference(quantity), 2);
         line_cells += piece.line_cells;
-        line_pieces += piece.line_cells > 0;
     }
 
-    /// The sums over all pieces, estimated from one in `step`. The differences have lost what may be chance.
-    Sums scaled(std::size_t step) const
-    {
-        const auto factor = static_cast<double>(step);
-        Sums all = *this;
-        for (double* const each : {&all.value, &all.error, &all.magnitude, &all.sum_of_squares})
-            *each *= factor;
-        for (double& each : all.difference)
-            each = factor * std::max(0.0, std::abs(each) - 2.0 * std::sqrt(sum_of_squares));
-        all.line_cells *= step;
-        all.line_pieces *= step;
-        return all;
-    }
-
-    /// The errors of lines in different pieces are independent, except for what all have in common, which the
-    /// difference of the sums shows: that, and three standard deviations of the rest, or more if these are not well
-    /// known, because there are few pieces.
-    double total_error() const
-    {
-        if (line_pieces == 0)
-            return error;
-        const double deviations = 3.0 * (1.0 + 8.0 / static_cast<double>(line_pieces));
-        return error + std::max(std::abs(difference[0]), std::abs(difference[1])) +
-               deviations * std::sqrt(sum_of_squares);
-    }
+    /// Four standard deviations, or more if these are not well known, because few columns have most of the variance.
+    double line_error() const { return deviation > 0.0 ? 4.0 * (1.0 + 4.0 / columns) * deviation : 0.0; }
+    /// What more lines do not make smaller: errors of quadrature, and rounding.
+    double other_error() const { return error + (line_cells > 0 ? rounding_of_lines * magnitude : 0.0); }
+    double total_error() const { return line_error() + other_error(); }
 };
 
 /// Integrates over pieces until the errors of all components are within a tolerance.
@@ -110,7 +95,8 @@ public:
     Integration(const Solid& solid, const std::vector<Piece>& pieces, const std::vector<double>& whole_volumes,
                 const IntegralOptions& options)
         : solid_(solid), pieces_(pieces), whole_volumes_(whole_volumes), options_(options), sums_(pieces.size()),
-          rule_of_(pieces.size(), 0), of_component_(whole_volumes.size()), totals_(whole_volumes.size())
+          rule_of_(pieces.size(), options.tolerance < tolerance_of_first_rule ? 1 : 0),
+          of_component_(whole_volumes.size()), totals_(whole_volumes.size())
     {
         for (std::size_t i = 0; i < pieces.size(); ++i)
             of_component_[pieces[i].component].push_back(i);
@@ -132,16 +118,12 @@ public:
         std::iota(chosen.begin(), chosen.end(), std::size_t{0});
         const bool is_once = options_.order != 0;
         double begin = 0.0;
-        if (!is_once) {
-            begin = 0.05;
-            choose_first_rules(part_of(progress, 0.0, begin));
-        }
         do {
             const double end = is_once ? 1.0 : 0.5 * (begin + 1.0);
             compute(chosen, part_of(progress, begin, end));
             chosen = update_totals();
             begin = 0.5 * (end + 1.0);
-            prefer_quadrature(part_of(progress, end, begin));
+            prefer_quadrature(chosen, part_of(progress, end, begin));
         } while (!chosen.empty() && !is_once);
         return std::move(totals_);
     }
@@ -175,68 +157,64 @@ private:
             progress);
     }
 
-    /// Chooses the rules of components with many pieces by a sample of these.
-    void choose_first_rules(const Progress& progress)
+    /// The sums over a component. The errors of lines along different columns are independent.
+    Sums sums_of(const std::vector<std::size_t>& pieces, std::size_t quantity) const
     {
-        const auto is_sampled = [&](const std::vector<std::size_t>& component) {
-            return component.size() >= fewest_sampled * sample_step && all_rules[rule_of_[component.front()]].has_lines;
-        };
-        std::vector<std::size_t> sample;
-        for (const auto& component : of_component_)
-            for (std::size_t i = 0; is_sampled(component) && i < component.size(); i += sample_step)
-                sample.push_back(component[i]);
-        compute(sample, progress);
-        std::vector<std::uint8_t> rules = rule_of_;
-        for (std::size_t component = 0; component < of_component_.size(); ++component) {
-            const std::vector<std::size_t>& of_component = of_component_[component];
-            if (!is_sampled(of_component))
-                continue;
-            for (std::size_t quantity = 0; quantity < quantity_count; ++quantity) {
-                Sums some;
-                for (std::size_t i = 0; i < of_component.size(); i += sample_step)
-                    some.add(sums_[of_component[i]], quantity);
-                const Sums all = some.scaled(sample_step);
-                const double whole = quantity == 0 ? whole_volumes_[component] : 0.0;
-                const double limit = options_.tolerance * (all.magnitude + whole);
-                if (options_.wanted[quantity] && all.total_error() > limit)
-                    choose_rules(of_component, quantity, all, limit, rules);
-            }
-            for (const std::size_t i : of_component) // a sample does not tell that lines are not enough
-                rule_of_[i] = std::min(rules[i], static_cast<std::uint8_t>(end_of_lines() - 1));
+        Sums all;
+        std::map<std::array<int, 3>, double> deviations; // by place of a column in a brick, and place of bricks
+        for (const std::size_t i : pieces) {
+            all.add(sums_[i], quantity);
+            const glm::ivec3 at = pieces_[i].brick.first;
+            for (int column = 0; column < 12; ++column)
+                if (const double each = sums_[i].deviation[static_cast<std::size_t>(column)][quantity]; each != 0.0)
+                    deviations[{column, at[(column / 4 + 1) % 3], at[(column / 4 + 2) % 3]}] += each;
         }
+        double largest = 0.0, squares = 0.0, fourth_powers = 0.0;
+        for (const auto& [column, deviation] : deviations)
+            largest = std::max(largest, std::abs(deviation));
+        for (const auto& [column, deviation] : deviations) {
+            const double square = largest > 0.0 ? std::pow(deviation / largest, 2) : 0.0;
+            squares += square;
+            fourth_powers += square * square;
+        }
+        all.deviation = largest * std::sqrt(squares);
+        all.columns = squares * squares / fourth_powers;
+        return all;
     }
 
     /// Where slow lines come next, quadrature does if it is precise enough in a sample of the pieces.
-    void prefer_quadrature(const Progress& progress)
+    void prefer_quadrature(const std::vector<std::size_t>& chosen, const Progress& progress)
     {
-        const auto has_slow_lines = [&](const std::vector<std::size_t>& component) {
-            return !component.empty() && rule_of_[component.front()] >= first_slow_lines &&
-                   rule_of_[component.front()] < first_quadrature;
-        };
+        std::vector<std::uint8_t> slow_lines(of_component_.size(), 0);
+        for (const std::size_t i : chosen)
+            slow_lines[pieces_[i].component] = rule_of_[i] >= first_slow_lines && rule_of_[i] < first_quadrature;
         const auto step_of = [](const std::vector<std::size_t>& component) {
             return std::clamp(component.size() / fewest_sampled, std::size_t{1}, sample_step);
         };
         std::vector<std::size_t> sample;
         std::vector<std::uint8_t> rules = rule_of_;
-        for (const auto& component : of_component_)
-            for (std::size_t i = 0; has_slow_lines(component) && i < component.size(); i += step_of(component))
-                sample.push_back(component[i]);
+        for (std::size_t component = 0; component < of_component_.size(); ++component) {
+            const std::vector<std::size_t>& of_component = of_component_[component];
+            for (std::size_t i = 0; slow_lines[component] != 0 && i < of_component.size(); i += step_of(of_component))
+                sample.push_back(of_component[i]);
+        }
         for (const std::size_t i : sample)
             rule_of_[i] = first_quadrature;
         compute(sample, progress);
         std::swap(rules, rule_of_);
         for (std::size_t component = 0; component < of_component_.size(); ++component) {
             const std::vector<std::size_t>& of_component = of_component_[component];
-            if (!has_slow_lines(of_component))
+            if (slow_lines[component] == 0)
                 continue;
             bool is_precise = true;
             for (std::size_t quantity = 0; quantity < quantity_count; ++quantity) {
                 Sums some;
                 for (std::size_t i = 0; i < of_component.size(); i += step_of(of_component))
                     some.add(sums_[of_component[i]], quantity);
-                const Sums all = some.scaled(step_of(of_component));
+                const auto step = static_cast<double>(step_of(of_component));
                 const double whole = quantity == 0 ? whole_volumes_[component] : 0.0;
-                is_precise &= !options_.wanted[quantity] || all.error <= options_.tolerance * (all.magnitude + whole);
+                const double limit = options_.tolerance * (step * some.magnitude + whole);
+                is_precise &= !options_.wanted[quantity] || step * some.error <= limit;
             }
             for (const std::size_t i : of_component)
                 rule_of_[i] = is_precise ? static_cast<std::uint8_t>(first_quadrature) : rule_of_[i];
@@ -251,12 +229,12 @@ private:
         for (std::size_t component = 0; component < of_component_.size(); ++component)
             for (std::size_t quantity = 0; quantity < quantity_count; ++quantity) {
                 const double whole = quantity == 0 ? whole_volumes_[component] : 0.0;
-                Sums all;
-                for (const std::size_t i : of_component_[component])
-                    all.add(sums_[i], quantity);
+                const Sums all = sums_of(of_component_[component], quantity);
                 Integrals& totals = totals_[component];
+                // Of rules of lines, the last one counts: the smallest error may be so by chance.
                 const bool is_known = all.line_cells == 0 || all.line_cells >= fewest_cells_of_lines;
-                if (const double error = all.total_error(); is_known && error < totals.error[quantity]) {
+                const double error = all.total_error();
+                if (is_known && (all.line_cells > 0 || error < totals.error[quantity])) {
                     totals.value[quantity] = all.value + whole;
                     totals.error[quantity] = error;
                 }
@@ -285,7 +263,8 @@ private:
             std::size_t next = all.line_cells < fewest_cells_of_lines ? first_quadrature : rule + 1;
             const double order = all_rules[rule].order;
             while (next < first_quadrature &&
-                   all.total_error() * std::pow(order / all_rules[next].order, rate_of_lines) > limit)
+                   all.line_error() * std::pow(order / all_rules[next].order, rate_of_lines) >
+                       limit - all.other_error())
                 ++next;
             if (next >= end_of_lines())
                 next = first_quadrature;

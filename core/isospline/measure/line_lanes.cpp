@@ -1,6 +1,8 @@
 #include "isospline/measure/line_lanes.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <numeric>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "isospline/measure/line_lanes.cpp"
@@ -13,20 +15,29 @@ namespace isospline {
 
 #ifndef ISOSPLINE_MEASURE_LINE_LANE_SUMS
 #define ISOSPLINE_MEASURE_LINE_LANE_SUMS
-// Sums over the nodes along the first coordinate by three rules, for each node along the second one. They do not depend
-// on the SIMD target.
+// Sums over lines. They do not depend on the SIMD target: lanes are nodes along the second coordinate, and are added
+// one after the other.
 struct LineLaneSums {
-    explicit LineLaneSums(std::size_t count)
+    explicit LineLaneSums(const LineGrid& grid) : count(static_cast<std::size_t>(grid.counts[1])) { clear(); }
+
+    void clear()
     {
-        for (std::size_t rule = 0; rule < 3; ++rule) {
-            std::fill_n(volume[rule], count, 0.0);
-            std::fill_n(area[rule], count, 0.0);
-        }
+        std::fill_n(volumes, count, 0.0f);
+        std::fill_n(areas, count, 0.0f);
     }
 
-    double whole[3] = {}; ///< of planes that are in the solid as a whole
-    alignas(64) double volume[3][LineNodes::most];
-    alignas(64) double area[3][LineNodes::most];
+    // Adds the sums of some nodes along the first coordinate to those in double precision.
+    void flush()
+    {
+        volume = std::accumulate(volumes, volumes + count, volume);
+        area = std::accumulate(areas, areas + count, area);
+        clear();
+    }
+
+    std::size_t count;
+    double volume = 0.0, area = 0.0;
+    alignas(64) float volumes[LineGrid::most];
+    alignas(64) float areas[LineGrid::most];
 };
 #endif
 
@@ -34,9 +45,9 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Doubles = hn::CappedTag<double, LineNodes::group>;
-using V = hn::Vec<Doubles>;
-using M = hn::Mask<Doubles>;
+using Floats = hn::CappedTag<float, LineGrid::group>;
+using V = hn::Vec<Floats>;
+using M = hn::Mask<Floats>;
 
 // Where lines in [0, 1] leave the solid or enter it, in order.
 struct Crossings {
@@ -46,13 +57,13 @@ struct Crossings {
 
 HWY_INLINE V within_line(V s)
 {
-    const Doubles d;
-    return hn::IfThenElseZero(hn::Ge(s, hn::Zero(d)), hn::Min(s, hn::Set(d, 1.0))); // also for NaN
+    const Floats d;
+    return hn::IfThenElseZero(hn::Ge(s, hn::Zero(d)), hn::Min(s, hn::Set(d, 1.0f))); // also for NaN
 }
 
 HWY_INLINE Crossings crossings_of(const std::array<V, 2>& b)
 {
-    const Doubles d;
+    const Floats d;
     const M begins = hn::Ge(b[0], hn::Zero(d)), ends = hn::Ge(b[1], hn::Zero(d));
     return {hn::Xor(begins, ends), hn::FirstN(d, 0), within_line(hn::Div(b[0], hn::Sub(b[0], b[1]))), hn::Zero(d)};
 }
@@ -62,7 +73,7 @@ HWY_INLINE Crossings crossings_of(const std::array<V, 2>& b)
 // numbers is taken.
 HWY_INLINE Crossings crossings_of(const std::array<V, 3>& b)
 {
-    const Doubles d;
+    const Floats d;
     const V zero = hn::Zero(d);
     const M begins = hn::Ge(b[0], zero);
     const auto negative_at_begin = [&](V of) HWY_ATTR { return hn::IfThenElse(begins, hn::Neg(of), of); };
@@ -86,7 +97,7 @@ HWY_INLINE Crossings crossings_of(const std::array<V, 3>& b)
 template <std::size_t Count>
 HWY_INLINE M has_both_signs(const std::array<V, Count>& b)
 {
-    const Doubles d;
+    const Floats d;
     const M begins = hn::Ge(b[0], hn::Zero(d));
     M differs = hn::Xor(begins, hn::Ge(b[1], hn::Zero(d)));
     for (std::size_t k = 2; k < Count; ++k)
@@ -118,27 +129,72 @@ HWY_INLINE V slope_at(const std::array<V, 3>& b, V s)
     return hn::Add(slope, slope);
 }
 
+// Bernstein polynomials and their derivatives at the nodes along a coordinate, padded to whole vectors.
+template <std::size_t Count>
+struct Nodes {
+    alignas(64) float values[Count][LineGrid::most];
+    alignas(64) float slopes[Count][LineGrid::most];
+};
+
+HWY_INLINE void set_nodes(V t, std::size_t at, Nodes<2>& nodes)
+{
+    const Floats d;
+    const V one = hn::Set(d, 1.0f);
+    hn::Store(hn::Sub(one, t), d, nodes.values[0] + at);
+    hn::Store(t, d, nodes.values[1] + at);
+    hn::Store(hn::Neg(one), d, nodes.slopes[0] + at);
+    hn::Store(one, d, nodes.slopes[1] + at);
+}
+
+HWY_INLINE void set_nodes(V t, std::size_t at, Nodes<3>& nodes)
+{
+    const Floats d;
+    const V u = hn::Sub(hn::Set(d, 1.0f), t), product = hn::Mul(t, u), difference = hn::Sub(u, t);
+    hn::Store(hn::Mul(u, u), d, nodes.values[0] + at);
+    hn::Store(hn::Add(product, product), d, nodes.values[1] + at);
+    hn::Store(hn::Mul(t, t), d, nodes.values[2] + at);
+    hn::Store(hn::Neg(hn::Add(u, u)), d, nodes.slopes[0] + at);
+    hn::Store(hn::Add(difference, difference), d, nodes.slopes[1] + at);
+    hn::Store(hn::Add(t, t), d, nodes.slopes[2] + at);
+}
+
+template <std::size_t Count>
+HWY_INLINE void set_nodes(const LineGrid& grid, std::size_t coordinate, Nodes<Count>& nodes)
+{
+    const Floats d;
+    const auto count = static_cast<float>(grid.counts[coordinate]);
+    const V half = hn::Set(d, 0.5f), shift = hn::Set(d, static_cast<float>(grid.shifts[coordinate]));
+    // LineGrid::position
+    for (std::size_t at = 0; at < static_cast<std::size_t>(grid.counts[coordinate]); at += hn::Lanes(d)) {
+        const V i = hn::Iota(d, static_cast<float>(at)), pair = hn::Mul(i, half);
+        const M is_even = hn::Eq(hn::Floor(pair), pair);
+        const V offset = hn::IfThenElse(is_even, shift, hn::Sub(hn::Set(d, 1.0f), shift));
+        set_nodes(hn::Mul(hn::Add(i, offset), hn::Set(d, 1.0f / count)), at, nodes);
+    }
+}
+
 // Polynomials over the second coordinate and the axis, one for each node along the first coordinate.
 template <std::size_t Count>
 struct Planes {
-    alignas(64) double values[Count][Count][LineNodes::most];
-    alignas(64) double slopes[Count][Count][LineNodes::most];
-    alignas(64) double least[LineNodes::most]; ///< of the values
-    alignas(64) double most[LineNodes::most];
+    alignas(64) float values[Count][Count][LineGrid::most];
+    alignas(64) float slopes[Count][Count][LineGrid::most];
+    alignas(64) float least[LineGrid::most]; ///< of the values
+    alignas(64) float most[LineGrid::most];
 };
 
 template <std::size_t Count>
-HWY_INLINE void set_planes(const LinesOverFace& face, const LineNodes& nodes, Planes<Count>& planes)
+HWY_INLINE void set_planes(const LinesOverFace& face, std::size_t node_count, const Nodes<Count>& nodes,
+                           Planes<Count>& planes)
 {
-    const Doubles d;
-    const auto sum_over = [&](const std::array<std::vector<double>, 3>& of_nodes, std::size_t x, std::size_t j,
+    const Floats d;
+    const auto sum_over = [&](const float(&of_nodes)[Count][LineGrid::most], std::size_t x, std::size_t j,
                               std::size_t k) HWY_ATTR {
-        V sum = hn::Mul(hn::LoadU(d, &of_nodes[0][x]), hn::Set(d, face.c[0][j][k]));
+        V sum = hn::Mul(hn::Load(d, of_nodes[0] + x), hn::Set(d, face.c[0][j][k]));
         for (std::size_t i = 1; i < Count; ++i)
-            sum = hn::Add(sum, hn::Mul(hn::LoadU(d, &of_nodes[i][x]), hn::Set(d, face.c[i][j][k])));
+            sum = hn::Add(sum, hn::Mul(hn::Load(d, of_nodes[i] + x), hn::Set(d, face.c[i][j][k])));
         return sum;
     };
-    for (std::size_t x = 0; x < nodes.values[0].size(); x += hn::Lanes(d)) {
+    for (std::size_t x = 0; x < node_count; x += hn::Lanes(d)) {
         V least = sum_over(nodes.values, x, 0, 0), most = least;
         for (std::size_t j = 0; j < Count; ++j)
             for (std::size_t k = 0; k < Count; ++k) {
@@ -156,33 +212,29 @@ HWY_INLINE void set_planes(const LinesOverFace& face, const LineNodes& nodes, Pl
 
 // Adds the lines at node x along the first coordinate, and a group of nodes along the second one.
 template <std::size_t Count>
-HWY_INLINE void add_group(const LinesOverFace& face, const LineNodes& nodes, const Planes<Count>& planes, std::size_t x,
-                          std::size_t first, LineLaneSums& sums)
+HWY_INLINE void add_group(const LinesOverFace& face, const Nodes<Count>& nodes, const Planes<Count>& planes,
+                          std::size_t x, std::size_t first, LineLaneSums& sums)
 {
-    const Doubles d;
-    const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
-    const auto along_line = [&](const std::array<std::vector<double>, 3>& of_nodes,
-                                const double(&of_planes)[Count][Count][LineNodes::most]) HWY_ATTR {
+    const Floats d;
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    const auto along_line = [&](const float(&of_nodes)[Count][LineGrid::most],
+                                const float(&of_planes)[Count][Count][LineGrid::most]) HWY_ATTR {
         std::array<V, Count> sums_over_nodes;
         for (std::size_t k = 0; k < Count; ++k) {
             sums_over_nodes[k] = zero;
             for (std::size_t j = 0; j < Count; ++j)
-                sums_over_nodes[k] = hn::Add(
-                    sums_over_nodes[k], hn::Mul(hn::LoadU(d, &of_nodes[j][first]), hn::Set(d, of_planes[j][k][x])));
+                sums_over_nodes[k] = hn::Add(sums_over_nodes[k],
+                                             hn::Mul(hn::Load(d, of_nodes[j] + first), hn::Set(d, of_planes[j][k][x])));
         }
         return sums_over_nodes;
     };
     const std::array<V, Count> b = along_line(nodes.values, planes.values);
     const M begins = hn::Ge(b[0], zero);
-    const auto add = [&](V number, double(&to)[3][LineNodes::most]) HWY_ATTR {
-        for (std::size_t rule = 0; rule < 3; ++rule) {
-            const V part = hn::Mul(hn::Set(d, nodes.weights[rule][x]), number);
-            hn::Store(hn::Add(hn::Load(d, to[rule] + first), part), d, to[rule] + first);
-        }
-    };
+    const auto add = [&](V number, float* to)
+                         HWY_ATTR { hn::Store(hn::Add(hn::Load(d, to + first), number), d, to + first); };
     if (hn::AllFalse(d, has_both_signs(b))) {
         if (face.volume)
-            add(hn::IfThenElseZero(begins, one), sums.volume);
+            add(hn::IfThenElseZero(begins, one), sums.volumes);
         return;
     }
     const Crossings found = crossings_of(b);
@@ -190,7 +242,7 @@ HWY_INLINE void add_group(const LinesOverFace& face, const LineNodes& nodes, con
         // Between the crossings, the sign is that of neither end.
         const V second = hn::IfThenElse(found.has_second, found.second, one);
         const V between = hn::IfThenElseZero(found.has_first, hn::Sub(second, found.first));
-        add(hn::IfThenElse(begins, hn::Sub(one, between), between), sums.volume);
+        add(hn::IfThenElse(begins, hn::Sub(one, between), between), sums.volumes);
     }
     if (!face.area)
         return;
@@ -209,36 +261,38 @@ HWY_INLINE void add_group(const LinesOverFace& face, const LineNodes& nodes, con
             square_world = hn::Add(square_world, hn::Mul(row, g[static_cast<std::size_t>(i)]));
         }
         const V area = hn::Div(hn::Mul(hn::Sqrt(hn::Max(square_world, zero)), hn::Abs(g[2])), square);
-        add(hn::IfThenElseZero(hn::And(has, hn::Gt(square, zero)), area), sums.area);
+        add(hn::IfThenElseZero(hn::And(has, hn::Gt(square, zero)), area), sums.areas);
     };
     add_crossing(found.has_first, found.first);
     add_crossing(found.has_second, found.second);
 }
 
 template <std::size_t Count>
-void add_lines_of_degree(const LinesOverFace& face, const LineNodes& nodes, LineLaneSums& sums)
+void add_lines_of_degree(const LinesOverFace& face, const LineGrid& grid, LineLaneSums& sums)
 {
+    Nodes<Count> first, second;
+    set_nodes(grid, 0, first);
+    set_nodes(grid, 1, second);
+    const auto rows = static_cast<std::size_t>(grid.counts[0]);
     Planes<Count> planes;
-    set_planes(face, nodes, planes);
-    for (std::size_t x = 0; x < nodes.count; ++x) {
-        if (planes.most[x] < 0.0)
-            continue;
-        if (planes.least[x] >= 0.0) {
-            for (std::size_t rule = 0; face.volume && rule < 3; ++rule)
-                sums.whole[rule] += nodes.weights[rule][x];
-            continue;
-        }
-        for (std::size_t first = 0; first < nodes.values[0].size(); first += hn::Lanes(Doubles()))
-            add_group(face, nodes, planes, x, first, sums);
+    set_planes(face, rows, first, planes);
+    for (std::size_t x = 0; x < rows; ++x) {
+        if (planes.least[x] >= 0.0f)
+            sums.volume += face.volume ? static_cast<double>(sums.count) : 0.0;
+        else if (planes.most[x] >= 0.0f)
+            for (std::size_t y = 0; y < sums.count; y += hn::Lanes(Floats()))
+                add_group(face, second, planes, x, y, sums);
+        if (x % 8 == 7 || x + 1 == rows)
+            sums.flush();
     }
 }
 
-void add_lines_in_lanes(const LinesOverFace& face, const LineNodes& nodes, LineLaneSums& sums)
+void add_lines_in_lanes(const LinesOverFace& face, const LineGrid& grid, LineLaneSums& sums)
 {
     if (face.degree == 1)
-        add_lines_of_degree<2>(face, nodes, sums);
+        add_lines_of_degree<2>(face, grid, sums);
     else
-        add_lines_of_degree<3>(face, nodes, sums);
+        add_lines_of_degree<3>(face, grid, sums);
 }
 
 } // namespace HWY_NAMESPACE
@@ -250,19 +304,12 @@ namespace isospline {
 
 HWY_EXPORT(add_lines_in_lanes);
 
-LineSumsOverFace sum_lines(const LinesOverFace& face, const LineNodes& nodes)
+LineMeansOverFace mean_over_lines(const LinesOverFace& face, const LineGrid& grid)
 {
-    LineLaneSums sums(nodes.values[0].size());
-    HWY_DYNAMIC_DISPATCH(add_lines_in_lanes)(face, nodes, sums);
-    LineSumsOverFace total;
-    for (std::size_t rule = 0; rule < 3; ++rule) {
-        total.volume[rule] = sums.whole[rule];
-        for (std::size_t y = 0; y < nodes.count; ++y) {
-            total.volume[rule] += nodes.weights[rule][y] * sums.volume[rule][y];
-            total.area[rule] += nodes.weights[rule][y] * sums.area[rule][y];
-        }
-    }
-    return total;
+    LineLaneSums sums(grid);
+    HWY_DYNAMIC_DISPATCH(add_lines_in_lanes)(face, grid, sums);
+    const double lines = static_cast<double>(grid.counts[0]) * grid.counts[1];
+    return {sums.volume / lines, sums.area / lines};
 }
 
 } // namespace isospline

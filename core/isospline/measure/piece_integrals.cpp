@@ -1,5 +1,8 @@
 #include "isospline/measure/piece_integrals.h"
 
+#include "isospline/measure/brick_solid.h"
+#include "isospline/spline/degree.h"
+
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
@@ -7,11 +10,6 @@
 #include <cmath>
 
 namespace isospline {
-
-double PieceSums::largest_difference(std::size_t quantity) const
-{
-    return std::max(std::abs(difference[0][quantity]), std::abs(difference[1][quantity]));
-}
 
 bool is_cut(const Solid& solid, const Brick& brick, bool surface)
 {
@@ -40,11 +38,10 @@ PieceSums PieceIntegrals::operator()(const Piece& piece)
     for_each_cell(piece.cells,
                   [&](int x, int y, int z) { add_cell(piece.brick.first + glm::ivec3(x, y, z), side, sums); });
     sums.line_cells = line_sums_.cells;
+    sums.deviation = line_sums_.deviation;
     for (std::size_t i = 0; i < quantity_count; ++i) {
         sums.magnitude[i] = std::abs(sums.integrals.value[i]) + line_sums_.magnitude[i];
-        sums.integrals.value[i] += line_sums_.rules[0][i];
-        for (std::size_t coarse = 0; coarse < 2; ++coarse)
-            sums.difference[coarse][i] = line_sums_.rules[0][i] - line_sums_.rules[coarse + 1][i];
+        sums.integrals.value[i] += line_sums_.value[i];
     }
     return sums;
 }
@@ -53,7 +50,7 @@ void PieceIntegrals::add_cell(const glm::ivec3& at, Side side, PieceSums& to)
 {
     const VolumeCell cell(solid_.volume, solid_.threshold, at);
     if (side == Side::unknown)
-        side = side_of_cell(cell);
+        side = dispatch_degree(solid_.volume.degree(), [&](auto degree) { return side_of<degree>(cell, solid_.sign); });
     if (side == Side::outside)
         return;
     crossing_.clear();
@@ -73,29 +70,13 @@ void PieceIntegrals::add_cell(const glm::ivec3& at, Side side, PieceSums& to)
             to.integrals.value[static_cast<std::size_t>(Quantity::volume)] += cell_volume_;
             return;
         }
-        if (lines_ && lines_->add(cell, solid_.sign, line_sums_))
+        if (lines_ && lines_->add(cell, at, solid_.sign, line_sums_))
             return;
     }
     to.integrals.add(quadrature_.integrate(cell, solid_.sign, crossing_));
     for (std::size_t i = 0; i < crossing_.size(); ++i)
         if (has_caps_[i])
             to.integrals.add(quadrature_.integrate_cap(cell, solid_.sign, crossing_, i));
-}
-
-Side PieceIntegrals::side_of_cell(const CellCoefficients& cell) const
-{
-    const int count = solid_.volume.degree() + 1;
-    float least = *cell.row(0, 0), most = least;
-    for (int k = 0; k < count; ++k)
-        for (int j = 0; j < count; ++j) {
-            const float* const row = cell.row(j, k);
-            for (int i = 0; i < count; ++i) {
-                least = row[i] < least ? row[i] : least;
-                most = row[i] > most ? row[i] : most;
-            }
-        }
-    return side_of(static_cast<double>(least) - cell.threshold, static_cast<double>(most) - cell.threshold,
-                   solid_.sign);
 }
 
 } // namespace isospline

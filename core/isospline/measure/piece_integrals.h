@@ -21,16 +21,12 @@ struct Piece {
     std::size_t component;
 };
 
-/// Integrals over a piece. Of its errors, some are differences of rules whose signs are kept, because those of many
-/// pieces cancel as the errors themselves do.
+/// Integrals over a piece.
 struct PieceSums {
-    Integrals integrals;                                            ///< without the errors of the differences
-    std::array<std::array<double, quantity_count>, 2> difference{}; ///< between the fine rule and two coarser ones
+    Integrals integrals;                                            ///< with the errors of quadrature
     std::array<double, quantity_count> magnitude{};                 ///< of the absolute value
+    std::array<std::array<double, quantity_count>, 12> deviation{}; ///< see LineSums
     std::size_t line_cells = 0;                                     ///< cells that the surface may cross, by lines
-
-    /// The larger difference.
-    double largest_difference(std::size_t quantity) const;
 };
 
 /// How to integrate over cells.
@@ -49,7 +45,6 @@ public:
 
 private:
     void add_cell(const glm::ivec3& at, Side side, PieceSums& to);
-    Side side_of_cell(const CellCoefficients& cell) const;
     /// Those that matter: the border of the domain only has area.
     const std::vector<HalfSpace>& planes() const { return surface_ ? solid_.planes.all() : solid_.planes.clip(); }
 
