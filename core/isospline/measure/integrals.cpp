@@ -166,8 +166,9 @@ private:
             all.add(sums_[i], quantity);
             const glm::ivec3 at = pieces_[i].brick.first;
             for (int column = 0; column < 12; ++column)
-                if (const double each = sums_[i].deviation[static_cast<std::size_t>(column)][quantity]; each != 0.0)
-                    deviations[{column, at[(column / 4 + 1) % 3], at[(column / 4 + 2) % 3]}] += each;
+                if (const float part = sums_[i].deviation[static_cast<std::size_t>(column)][quantity]; part != 0.0f)
+                    deviations[{column, at[(column / 4 + 1) % 3], at[(column / 4 + 2) % 3]}] +=
+                        static_cast<double>(part) * sums_[i].magnitude[quantity];
         }
         double largest = 0.0, squares = 0.0, fourth_powers = 0.0;
         for (const auto& [column, deviation] : deviations)

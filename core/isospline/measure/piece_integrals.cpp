@@ -38,10 +38,11 @@ PieceSums PieceIntegrals::operator()(const Piece& piece)
     for_each_cell(piece.cells,
                   [&](int x, int y, int z) { add_cell(piece.brick.first + glm::ivec3(x, y, z), side, sums); });
     sums.line_cells = line_sums_.cells;
-    sums.deviation = line_sums_.deviation;
     for (std::size_t i = 0; i < quantity_count; ++i) {
         sums.magnitude[i] = std::abs(sums.integrals.value[i]) + line_sums_.magnitude[i];
         sums.integrals.value[i] += line_sums_.value[i];
+        for (std::size_t column = 0; column < sums.deviation.size() && sums.magnitude[i] > 0.0; ++column)
+            sums.deviation[column][i] = static_cast<float>(line_sums_.deviation[column][i] / sums.magnitude[i]);
     }
     return sums;
 }
