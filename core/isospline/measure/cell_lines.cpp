@@ -26,10 +26,8 @@ constexpr std::size_t at(Quantity quantity)
     return static_cast<std::size_t>(quantity);
 }
 
-/// Of so many columns of cells, one has a pair of grids.
-constexpr int columns_of_pair = 4;
-/// sqrt((columns_of_pair - 1/2) / 2): half of the square of the difference of a pair estimates the variance v of one of
-/// them. That of their mean is v / 2, and that of each other column v.
+/// sqrt(7/4): one of 2 x 2 columns of cells has a pair of grids. Half of the square of their difference estimates the
+/// variance v of one of them; that of their mean is v / 2, and that of each of the other three columns v.
 constexpr double deviation_of_pair = 1.3228756555322954;
 /// Where a coefficient is smaller than this part of the largest one, its sign might be lost in single precision.
 constexpr double least_in_lanes = 1e-18;
@@ -47,7 +45,6 @@ Shifts shifts_of(int axis, int x, int y)
             {static_cast<std::uint32_t>(axis), static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j), kind});
     };
     const auto at_place = words(x, y, 0);
-    static_assert(columns_of_pair == 4);
     const auto chosen = static_cast<int>(words(x / 2, y / 2, 1)[0] >> 30);
     return {{to_unit_interval(at_place[0]), to_unit_interval(at_place[1])},
             {to_unit_interval(at_place[2]), to_unit_interval(at_place[3])},

@@ -14,15 +14,18 @@ namespace isospline {
 
 /// Integrals over the cells of a brick along lines, and of what their errors are estimated; see CellLines.
 struct LineSums {
-    std::array<double, quantity_count> value{}, magnitude{};        ///< magnitude: of the absolute value
-    std::array<std::array<double, quantity_count>, 12> deviation{}; ///< by column
-    std::size_t cells = 0;                                          ///< that the surface may cross
+    static constexpr std::size_t column_count = 12; ///< of 4 x 4 x 8 cells: four along each axis
 
-    /// The columns of 4 x 4 cells along an axis, at a place of the plane across it.
+    std::array<double, quantity_count> value{}, magnitude{}; ///< magnitude: of the absolute value
+    std::array<std::array<double, quantity_count>, column_count> deviation{};
+    std::size_t cells = 0; ///< that the surface may cross
+
+    /// The column of a cell along an axis, at this place of the plane across it.
     static std::size_t column(int axis, int x, int y)
     {
         return static_cast<std::size_t>(4 * axis + x / 4 % 2 + 2 * (y / 4 % 2));
     }
+    static int axis_of(std::size_t column) { return static_cast<int>(column) / 4; }
 };
 
 /// Integrates over cells along lines, in world units. One thread at a time.

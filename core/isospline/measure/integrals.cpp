@@ -2,6 +2,7 @@
 
 #include "isospline/measure/line_lanes.h"
 #include "isospline/measure/piece_integrals.h"
+#include "isospline/measure/plane_section.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
@@ -44,8 +45,9 @@ static_assert(std::all_of(all_rules.begin(), all_rules.begin() + first_quadratur
                           [](const PieceRule& rule) { return rule.order % 2 == 0 && rule.order <= LineGrid::most; }));
 /// From this rule of lines on, the first rule of quadrature takes no longer. Where lines are not in SIMD lanes, all
 /// rules of quadrature together take less than those from another rule on, which are not used.
-constexpr std::size_t first_slow_lines = 8, first_without_lanes = 5;
-/// The first rule mostly reaches this tolerance in large volumes, the second one a tenth of it.
+constexpr std::size_t first_slow_lines = 8, first_without_lanes = 4;
+/// Integration begins with the second rule if areas or curvatures are wanted within less than this tolerance. For
+/// volumes, the first one is as precise.
 constexpr double tolerance_of_first_rule = 5e-4;
 /// The errors of lines fall with about this power of their number along a coordinate.
 constexpr double rate_of_lines = 2.0;
@@ -71,7 +73,7 @@ void check(const Solid& solid, const IntegralOptions& options)
 struct Sums {
     double value = 0.0, error = 0.0, magnitude = 0.0; ///< error: of quadrature
     double deviation = 0.0;                           ///< of lines, the standard one
-    double columns = 0.0;                             ///< of bricks: how many have most of the variance of lines
+    double columns = 0.0; ///< of lines: how many would have the same variance, if it were the same in all of them
     std::size_t line_cells = 0;
 
     void add(const PieceSums& piece, std::size_t quantity)
@@ -95,7 +97,7 @@ public:
     Integration(const Solid& solid, const std::vector<Piece>& pieces, const std::vector<double>& whole_volumes,
                 const IntegralOptions& options)
         : solid_(solid), pieces_(pieces), whole_volumes_(whole_volumes), options_(options), sums_(pieces.size()),
-          rule_of_(pieces.size(), options.tolerance < tolerance_of_first_rule ? 1 : 0),
+          rule_of_(pieces.size(), options.needs_surface() && options.tolerance < tolerance_of_first_rule ? 1 : 0),
           of_component_(whole_volumes.size()), totals_(whole_volumes.size())
     {
         for (std::size_t i = 0; i < pieces.size(); ++i)
@@ -157,17 +159,23 @@ private:
             progress);
     }
 
+    /// What bricks have in common that share a column.
+    static std::array<int, 3> place_of_column(std::size_t column, const Brick& brick)
+    {
+        const int axis = LineSums::axis_of(column);
+        return {static_cast<int>(column), brick.first[first_of_face(axis)], brick.first[second_of_face(axis)]};
+    }
+
     /// The sums over a component. The errors of lines along different columns are independent.
     Sums sums_of(const std::vector<std::size_t>& pieces, std::size_t quantity) const
     {
         Sums all;
-        std::map<std::array<int, 3>, double> deviations; // by place of a column in a brick, and place of bricks
+        std::map<std::array<int, 3>, double> deviations; // by place_of_column
         for (const std::size_t i : pieces) {
             all.add(sums_[i], quantity);
-            const glm::ivec3 at = pieces_[i].brick.first;
-            for (int column = 0; column < 12; ++column)
-                if (const float part = sums_[i].deviation[static_cast<std::size_t>(column)][quantity]; part != 0.0f)
-                    deviations[{column, at[(column / 4 + 1) % 3], at[(column / 4 + 2) % 3]}] +=
+            for (std::size_t column = 0; column < LineSums::column_count; ++column)
+                if (const float part = sums_[i].deviation[column][quantity]; part != 0.0f)
+                    deviations[place_of_column(column, pieces_[i].brick)] +=
                         static_cast<double>(part) * sums_[i].magnitude[quantity];
         }
         double largest = 0.0, squares = 0.0, fourth_powers = 0.0;

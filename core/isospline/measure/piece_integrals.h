@@ -26,7 +26,7 @@ struct PieceSums {
     Integrals integrals;                            ///< with the errors of quadrature
     std::array<double, quantity_count> magnitude{}; ///< of the absolute value
     /// See LineSums; in parts of the magnitude, so that single precision is enough for any unit.
-    std::array<std::array<float, quantity_count>, 12> deviation{};
+    std::array<std::array<float, quantity_count>, LineSums::column_count> deviation{};
     std::size_t line_cells = 0; ///< cells that the surface may cross, by lines
 };
 

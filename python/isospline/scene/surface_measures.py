@@ -44,8 +44,8 @@ class SurfaceMeasures(_core.Isosurface):
         -------
         Measurement
             Volume of the spline model. Its error is an estimate, see the notes; the true one is usually far smaller.
-            It is at most `tolerance` times the value, except where parts of the
-            surface are too small to be resolved or as sharp as noise.
+            It is at most `tolerance` times the value, except where parts of the surface are too small to be resolved or
+            as sharp as noise.
 
         Raises
         ------
@@ -56,14 +56,13 @@ class SurfaceMeasures(_core.Isosurface):
         -----
         For a tolerance, lines along the axes are cut with the surface, at the nodes of grids over the faces of cells
         with random shifts [2]_, which are the same in every run. The errors of cells mostly cancel, because the lines
-        continue in the next cell. The stated error is four standard deviations, or more where these are not well known;
-        a second grid in one of four columns of cells tells them. At degrees 1 and 2, lines are cut in single precision,
-        and 2.5e-7 of the integral is added. Solids of less than 1000 cells, and tolerances that lines do not reach,
-        need quadrature in every cell [1]_: where the surface is smooth, its error falls
-        geometrically with the order. Its stated error is the sum over all parts of cells of the difference from the
-        rules with one and two nodes less, whichever is larger, plus a bound on parts that were too small to be
-        resolved. The model itself differs from a smooth sampled function by O(h^2) at degree 1 and O(h^4) at degrees 2
-        and 3, where h is the spacing.
+        continue in the next cell. The stated error is four standard deviations, or more where these are not well known,
+        plus 2.5e-7 of the integral for rounding. A second grid in one of four columns of cells tells the deviation.
+        Solids of less than 1000 cells, and tolerances that lines do not reach, need quadrature in every cell [1]_:
+        where the surface is smooth, its error falls geometrically with the order. Its stated error is the sum over all
+        parts of cells of the difference from the rules with one and two nodes less, whichever is larger, plus a bound
+        on parts that were too small to be resolved. The model itself differs from a smooth sampled function by O(h^2)
+        at degree 1 and O(h^4) at degrees 2 and 3, where h is the spacing.
 
         References
         ----------

@@ -158,7 +158,7 @@ TEST_CASE("lines in SIMD lanes have the integrals of single lines", "[measure]")
     REQUIRE(volume.value[0] == found.value[0]);
     REQUIRE(volume.value[1] == 0.0);
     REQUIRE(found.magnitude[1] == Approx(expected.magnitude[1]).epsilon(1e-6));
-    for (std::size_t column = 0; column < 12; ++column) {
+    for (std::size_t column = 0; column < LineSums::column_count; ++column) {
         REQUIRE(found.deviation[column][0] == Approx(expected.deviation[column][0]).margin(1e-6 * expected.value[0]));
         REQUIRE(found.deviation[column][1] == Approx(expected.deviation[column][1]).margin(1e-6 * expected.value[1]));
         REQUIRE(expected.deviation[column][1] != 0.0);
@@ -167,7 +167,7 @@ TEST_CASE("lines in SIMD lanes have the integrals of single lines", "[measure]")
 
 TEST_CASE("tiny coefficients keep their sign along lines", "[measure]")
 {
-    // A plane that crosses the cell at a distance of 1e-50 from its lower face.
+    // A plane that crosses the cell at a distance of about 1e-45 from its lower face.
     std::vector<float> numbers{-1e-45f, 1, -1e-45f, 1, -1e-45f, 1, -1e-45f, 1};
     const CellCoefficients cell{CoefficientView{numbers.data(), 2, 4}, 0.0, glm::ivec3(0)};
     LineSums sums;
