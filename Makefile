@@ -30,6 +30,9 @@ LEVEL ?=
 # How long `make fuzz` and `make soak` run.
 MINUTES ?= 10
 
+# Whether `make clang` compiles several sources as one.
+UNITY ?= ON
+
 # The files that `make tidy` checks.
 FILES ?= /(core|bindings|bench|tests)/.*[.]cpp$$
 
@@ -216,11 +219,12 @@ sanitize-thread: test-packages
 	@ISOSPLINE_THREADS_SECONDS=60 ctest --preset tsan
 
 # Clang compiles one SIMD target of each source, without optimization, and nothing is linked. Code takes it 15% longer than
-# a look at the syntax, but ccache knows it the next time.
-clang: test-packages ## Clang's warnings about all C++, as errors
+# a look at the syntax, but ccache knows it the next time. With UNITY=OFF, each source is compiled alone: Clang then finds
+# missing includes and names that shadow others.
+clang: test-packages ## Clang's warnings about all C++, as errors; UNITY=OFF finds missing includes, too
 	@tools/install_packages clang
 	@echo "== Checking all C++ with Clang"
-	@cmake --preset clang > build/clang.log || { cat build/clang.log >&2; exit 1; }
+	@cmake --preset clang -D CMAKE_UNITY_BUILD=$(UNITY) > build/clang.log || { cat build/clang.log >&2; exit 1; }
 	@ninja -C build/clang -t targets all | sed -n 's/: CXX_COMPILER__.*//p' | xargs ninja -C build/clang --quiet
 
 lint: .venv/.installed ## check types, stubs, files in Python, C++ and CMake, and spelling, as CI does; not clang-tidy

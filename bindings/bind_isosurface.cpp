@@ -201,7 +201,7 @@ py::array_t<bool> shell_mask(const ShellView& shell)
     return array;
 }
 
-std::string representation(const Isosurface& surface)
+std::string describe(const Isosurface& surface)
 {
     const auto snapshot = surface.snapshot();
     std::ostringstream text;
@@ -271,7 +271,7 @@ void bind_isosurface(py::module_& module)
                                [](const Isosurface& surface) { return surface.options().shell.prune_depth; })
         .def_property_readonly("prune_border",
                                [](const Isosurface& surface) { return surface.options().shell.prune_border; })
-        .def("__repr__", &representation);
+        .def("__repr__", [](const Isosurface& surface) { return describe(surface); });
 }
 
 } // namespace isospline

@@ -159,7 +159,7 @@ std::uint64_t identity_of(const std::shared_ptr<Volume>& volume)
     return found->second.number;
 }
 
-std::string representation(const Volume& volume)
+std::string describe(const Volume& volume)
 {
     const auto& options = volume.options();
     std::ostringstream text;
@@ -215,7 +215,7 @@ void bind_volume(py::module_& module)
         .def_property_readonly("_offset", &Volume::offset)
         .def_property_readonly("_stored_coefficients", &stored_coefficients)
         .def_property_readonly("memory", &Volume::memory)
-        .def("__repr__", &representation);
+        .def("__repr__", [](const Volume& volume) { return describe(volume); });
 }
 
 } // namespace isospline

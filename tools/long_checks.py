@@ -22,6 +22,7 @@ PARTS = {
     "lowest": ("the lowest versions of Python and all packages", "make test-lowest"),
     "address": ("AddressSanitizer and UndefinedBehaviorSanitizer", "make sanitize-address"),
     "thread": ("ThreadSanitizer", "make sanitize-thread"),
+    "alone": ("each source compiled alone by Clang: missing includes, shadowed names", "make clang UNITY=OFF"),
     "bench": ("all rows of the benchmark, small", "make bench BENCH=--quick"),
 }
 ROW = re.compile(r"^\| `(\w+)` \|.*$", re.MULTILINE)

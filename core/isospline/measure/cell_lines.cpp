@@ -21,11 +21,6 @@ namespace isospline {
 
 namespace {
 
-constexpr std::size_t at(Quantity quantity)
-{
-    return static_cast<std::size_t>(quantity);
-}
-
 /// sqrt(7/4): one of 2 x 2 columns of cells has a pair of grids. Half of the square of their difference estimates the
 /// variance v of one of them; that of their mean is v / 2, and that of each of the other three columns v.
 constexpr double deviation_of_pair = 1.3228756555322954;
@@ -105,8 +100,8 @@ struct CellLines::MethodOfDegree final : Method {
         if (most < 0.0)
             return true;
         if (least > 0.0) {
-            to.value[at(Quantity::volume)] += determinant;
-            to.magnitude[at(Quantity::volume)] += determinant;
+            to.value[index_of(Quantity::volume)] += determinant;
+            to.magnitude[index_of(Quantity::volume)] += determinant;
             return true;
         }
         ++to.cells;
@@ -173,8 +168,8 @@ struct CellLines::MethodOfDegree final : Method {
 
         void add(Quantity quantity, double number)
         {
-            value[at(quantity)] += number;
-            magnitude[at(quantity)] += std::abs(number);
+            value[index_of(quantity)] += number;
+            magnitude[index_of(quantity)] += std::abs(number);
         }
     };
 

@@ -20,11 +20,6 @@ namespace isospline {
 
 namespace {
 
-constexpr std::size_t at(Quantity quantity)
-{
-    return static_cast<std::size_t>(quantity);
-}
-
 /// The largest numbers of halvings and of parts of a cell; the rest counts as error.
 constexpr int deepest_box = 21, most_boxes = 2048;
 /// Up to this number of halvings, steep graphs are halved: the rules then converge faster.
@@ -118,7 +113,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
             if (least < 0.0)
                 return; // no more than points where f = level is in the solid
             if (part.planes.empty())
-                return static_cast<void>(result.value[at(Quantity::volume)] += determinant * part.volume());
+                return static_cast<void>(result.value[index_of(Quantity::volume)] += determinant * part.volume());
         }
 
         // Either integrate a graph over a face, or halve the part.
@@ -181,16 +176,16 @@ struct CellQuadrature::MethodOfDegree final : Method {
     void add_unresolved(const Part& part)
     {
         const double half = 0.5 * determinant * part.volume();
-        result.value[at(Quantity::volume)] += half;
-        result.error[at(Quantity::volume)] += half;
+        result.value[index_of(Quantity::volume)] += half;
+        result.error[index_of(Quantity::volume)] += half;
         // Lines along an axis meet the surface at most n times each (Crofton).
         double area = 0.0;
         for (int axis = 0; axis < 3; ++axis)
             area += Degree * determinant * glm::length(glm::dvec3(axis == 0, axis == 1, axis == 2) * to_lattice) *
                     part.volume() / part.size[axis];
-        result.error[at(Quantity::area)] += area;
-        result.error[at(Quantity::mean_curvature)] += std::sqrt(4.0 * std::numbers::pi * area);
-        result.error[at(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
+        result.error[index_of(Quantity::area)] += area;
+        result.error[index_of(Quantity::mean_curvature)] += std::sqrt(4.0 * std::numbers::pi * area);
+        result.error[index_of(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
     }
 
     /// Adds the integrals over a part in which the surface, or the cap, and the planes are graphs along an axis.
@@ -299,7 +294,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         if (part.cap >= 0) {
             const HalfSpace& cap = part.planes[static_cast<std::size_t>(part.cap)];
             if (cap_height >= lower && cap_height <= upper && is_inside(line.value(cap_height)))
-                to[at(Quantity::area)] += plane_area(part, cap.normal, axis, node.weight);
+                to[index_of(Quantity::area)] += plane_area(part, cap.normal, axis, node.weight);
             return;
         }
         double height = 0.5;
@@ -319,7 +314,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
                     lower = std::max(lower, height);
             }
         }
-        to[at(Quantity::volume)] += determinant * part.volume() * node.weight * std::max(upper - lower, 0.0);
+        to[index_of(Quantity::volume)] += determinant * part.volume() * node.weight * std::max(upper - lower, 0.0);
         if (is_met && options.surface) {
             point[axis] = height;
             const glm::dvec3 on_face = row.gradient(x, height);
@@ -342,13 +337,13 @@ struct CellQuadrature::MethodOfDegree final : Method {
         const Jet jet = jet_in_cell<Degree>(*cell, local);
         const Curvature curvature = curvature_of_level_surface(jet.gradient * to_lattice,
                                                                glm::transpose(to_lattice) * jet.hessian * to_lattice);
-        to[at(Quantity::mean_curvature)] -= sign * area * curvature.mean;
-        to[at(Quantity::gaussian_curvature)] += area * curvature.gaussian;
+        to[index_of(Quantity::mean_curvature)] -= sign * area * curvature.mean;
+        to[index_of(Quantity::gaussian_curvature)] += area * curvature.gaussian;
     }
 
     void add_area(const glm::dvec3& local, double area, bool is_fine, Sums& to) const
     {
-        to[at(Quantity::area)] += area;
+        to[index_of(Quantity::area)] += area;
         if (visitor != nullptr && is_fine)
             (*visitor)(local, area);
     }

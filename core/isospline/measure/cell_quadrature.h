@@ -20,6 +20,12 @@ namespace isospline {
 enum class Quantity { volume, area, mean_curvature, gaussian_curvature };
 inline constexpr std::size_t quantity_count = 4;
 
+/// Its place in arrays by quantity.
+constexpr std::size_t index_of(Quantity quantity)
+{
+    return static_cast<std::size_t>(quantity);
+}
+
 /// A number and an estimate of its error.
 struct Measurement {
     double value;

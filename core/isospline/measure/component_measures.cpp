@@ -15,7 +15,7 @@ namespace {
 
 double volume_of(const Integrals& integrals)
 {
-    return integrals.value[static_cast<std::size_t>(Quantity::volume)];
+    return integrals.value[index_of(Quantity::volume)];
 }
 
 /// Cells are halved at most this many times along each axis to bound volumes.

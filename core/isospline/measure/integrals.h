@@ -21,10 +21,9 @@ struct IntegralOptions {
 
     bool needs_curvature() const
     {
-        return wanted[static_cast<std::size_t>(Quantity::mean_curvature)] ||
-               wanted[static_cast<std::size_t>(Quantity::gaussian_curvature)];
+        return wanted[index_of(Quantity::mean_curvature)] || wanted[index_of(Quantity::gaussian_curvature)];
     }
-    bool needs_surface() const { return wanted[static_cast<std::size_t>(Quantity::area)] || needs_curvature(); }
+    bool needs_surface() const { return wanted[index_of(Quantity::area)] || needs_curvature(); }
 };
 
 /// Integrals over all cells, in world units. The same for any number of threads. Throws std::invalid_argument for an

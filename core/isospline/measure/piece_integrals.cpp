@@ -68,7 +68,7 @@ void PieceIntegrals::add_cell(const glm::ivec3& at, Side side, PieceSums& to)
     }
     if (crossing_.empty()) {
         if (side == Side::inside) {
-            to.integrals.value[static_cast<std::size_t>(Quantity::volume)] += cell_volume_;
+            to.integrals.value[index_of(Quantity::volume)] += cell_volume_;
             return;
         }
         if (lines_ && lines_->add(cell, at, solid_.sign, line_sums_))

@@ -17,8 +17,6 @@ namespace isospline {
 
 namespace {
 
-using Corners = std::array<glm::dvec3, 3>;
-
 bool segments_meet(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c, const glm::dvec2& d)
 {
     const glm::dvec2 from = glm::max(glm::min(a, b), glm::min(c, d)), to = glm::min(glm::max(a, b), glm::max(c, d));
@@ -58,17 +56,6 @@ bool meets(const glm::dvec3& begin, const glm::dvec3& end, const Corners& triang
     const int ab = orientation(begin, end, a, b), bc = orientation(begin, end, b, c),
               ca = orientation(begin, end, c, a);
     return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
-}
-
-Corners corners_of(const std::vector<glm::dvec3>& vertices, const glm::uvec3& face)
-{
-    return {vertices[face.x], vertices[face.y], vertices[face.z]};
-}
-
-Box box_of(const Corners& corners)
-{
-    return {glm::min(glm::min(corners[0], corners[1]), corners[2]),
-            glm::max(glm::max(corners[0], corners[1]), corners[2])};
 }
 
 /// Whether an edge of `first` without a common vertex meets `second`.
@@ -135,21 +122,21 @@ std::vector<std::array<std::uint32_t, 2>> find_crossings(const std::vector<glm::
         bounds.extend(vertex);
     double sum = 0.0;
     for (const glm::uvec3& face : faces) {
-        const glm::dvec3 size = box_of(corners_of(vertices, face)).size();
+        const glm::dvec3 size = box_of(vertices, face).size();
         sum += std::max({size.x, size.y, size.z});
     }
     if (!(sum > 0.0))
         return {};
     FaceOctree octree(bounds, faces.size(), 0.25 * sum / static_cast<double>(faces.size()));
     for (std::size_t i = 0; i < faces.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), box_of(corners_of(vertices, faces[i])));
+        octree.insert(static_cast<std::uint32_t>(i), box_of(vertices, faces[i]));
     constexpr std::size_t chunk_size = 4096;
     std::vector<std::vector<std::array<std::uint32_t, 2>>> found((faces.size() + chunk_size - 1) / chunk_size);
     const auto is_chosen = [&](std::uint32_t face) { return is_examined.empty() || is_examined[face] != 0; };
     const auto examine = [&](std::uint32_t face, std::vector<std::array<std::uint32_t, 2>>& pairs) {
         if (!is_chosen(face))
             return;
-        octree.visit(box_of(corners_of(vertices, faces[face])), [&](std::uint32_t other) {
+        octree.visit(box_of(vertices, faces[face]), [&](std::uint32_t other) {
             if ((other > face || (other < face && !is_chosen(other))) &&
                 faces_cross(vertices, faces[face], faces[other]))
                 pairs.push_back({std::min(face, other), std::max(face, other)});

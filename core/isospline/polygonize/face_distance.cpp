@@ -24,14 +24,6 @@ constexpr double largest_piece = 4.0;
 /// How often a part of a cell is halved in a proof by signs. Halving the piece is the alternative, and costs more.
 constexpr int most_halvings = 3;
 
-Box box_of(const Corners& corners)
-{
-    Box box;
-    for (const glm::dvec3& corner : corners)
-        box.extend(corner);
-    return box;
-}
-
 Corners moved(const Corners& corners, const glm::dvec3& step)
 {
     return {corners[0] + step, corners[1] + step, corners[2] + step};

@@ -5,8 +5,11 @@
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/util/progress.h"
 
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <tuple>
 #include <vector>
@@ -41,13 +44,28 @@ inline bool is_face_before(const glm::uvec3& a, const glm::uvec3& b)
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
 
-/// The box around a face with these vertices.
+/// The corners of a triangle.
+using Corners = std::array<glm::dvec3, 3>;
+
+inline Corners corners_of(const std::vector<glm::dvec3>& vertices, const glm::uvec3& face)
+{
+    return {vertices[face.x], vertices[face.y], vertices[face.z]};
+}
+
+inline Corners corners_of(const LabeledMesh& mesh, std::size_t face)
+{
+    return corners_of(mesh.vertices, mesh.faces[face]);
+}
+
+inline Box box_of(const Corners& corners)
+{
+    return {glm::min(glm::min(corners[0], corners[1]), corners[2]),
+            glm::max(glm::max(corners[0], corners[1]), corners[2])};
+}
+
 inline Box box_of(const std::vector<glm::dvec3>& vertices, const glm::uvec3& face)
 {
-    Box box;
-    for (int corner = 0; corner < 3; ++corner)
-        box.extend(vertices[face[corner]]);
-    return box;
+    return box_of(corners_of(vertices, face));
 }
 
 /// Joins parts: vertices with the same key are one. Vertices and faces are in the order of the parts.

@@ -15,14 +15,6 @@
 
 namespace isospline {
 
-using Corners = std::array<glm::dvec3, 3>;
-
-inline Corners corners_of(const LabeledMesh& mesh, std::size_t face)
-{
-    const glm::uvec3& vertices = mesh.faces[face];
-    return {mesh.vertices[vertices.x], mesh.vertices[vertices.y], mesh.vertices[vertices.z]};
-}
-
 /// The largest spacing of the points of a triangle at which its distance is measured, in cells.
 inline constexpr double measured_spacing = 0.25;
 /// The largest distance that Newton's method may go from such a point, in cells.

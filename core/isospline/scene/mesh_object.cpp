@@ -22,7 +22,7 @@ namespace isospline {
 namespace {
 
 /// Enough for scenes several times as large as the mesh, in units of the mesh's size.
-constexpr double least_box_margin = 0x1p-16;
+constexpr double least_mesh_margin = 0x1p-16;
 
 glm::dvec3 centre_of(const Mesh& mesh)
 {
@@ -46,14 +46,14 @@ MeshObject::MeshObject(std::shared_ptr<const Mesh> mesh)
 bool MeshObject::fits(double rounding_error_local) const
 {
     // Margins are larger than needed, as those of isosurfaces.
-    const double least = least_box_margin * glm::length(mesh_->bounds().size());
+    const double least = least_mesh_margin * glm::length(mesh_->bounds().size());
     return rounding_error_local <= box_margin_ && (box_margin_ <= least || rounding_error_local >= box_margin_ / 16.0);
 }
 
 embree::GeometryHandle MeshObject::make_geometry(const Device& device, const BuildOptions&, double rounding_error_local,
                                                  const Progress&)
 {
-    box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin * glm::length(mesh_->bounds().size()));
+    box_margin_ = std::max(2.0 * rounding_error_local, least_mesh_margin * glm::length(mesh_->bounds().size()));
     return UserGeometry<MeshObject>::make(device, *this, mesh_->faces().size());
 }
 

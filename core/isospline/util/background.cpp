@@ -90,7 +90,7 @@ private:
     int idle_ = 0;            ///< waiting threads less these tasks
 };
 
-[[maybe_unused]] const int registered = std::atexit(stop_background_tasks);
+[[maybe_unused]] const int has_exit_handler = std::atexit(stop_background_tasks);
 
 } // namespace
 

@@ -52,7 +52,7 @@ void in_child()
     unlock_all();
 }
 
-[[maybe_unused]] const int registered = pthread_atfork(before_fork, in_parent, in_child);
+[[maybe_unused]] const int has_fork_handlers = pthread_atfork(before_fork, in_parent, in_child);
 
 } // namespace
 

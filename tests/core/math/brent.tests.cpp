@@ -16,7 +16,7 @@ struct Found {
     int evaluations;
 };
 
-Found solve(const std::function<double(double)>& f, double a, double b, double tolerance)
+Found find_root(const std::function<double(double)>& f, double a, double b, double tolerance)
 {
     int evaluations = 0;
     const auto counting = [&](double x) {
@@ -47,7 +47,7 @@ TEST_CASE("Brent's method finds roots known in closed form", "[math]")
     };
     for (const Case& known : cases)
         for (const double tolerance : {1e-3, 1e-8, 1e-12}) {
-            const Found found = solve(known.f, known.a, known.b, tolerance);
+            const Found found = find_root(known.f, known.a, known.b, tolerance);
             REQUIRE(std::abs(found.root - known.root) <= tolerance + 1e-15 * std::abs(known.root));
             REQUIRE(found.evaluations < 120);
         }
@@ -55,14 +55,14 @@ TEST_CASE("Brent's method finds roots known in closed form", "[math]")
 
 TEST_CASE("Brent's method takes few steps on a smooth function", "[math]")
 {
-    REQUIRE(solve([](double x) { return std::cos(x) - x; }, 0.0, 1.0, 1e-12).evaluations <= 9);
-    REQUIRE(solve([](double x) { return 3.0 * x - 1.0; }, 0.0, 1.0, 1e-12).evaluations <= 3);
+    REQUIRE(find_root([](double x) { return std::cos(x) - x; }, 0.0, 1.0, 1e-12).evaluations <= 9);
+    REQUIRE(find_root([](double x) { return 3.0 * x - 1.0; }, 0.0, 1.0, 1e-12).evaluations <= 3);
 }
 
 TEST_CASE("Brent's method stays robust at multiple roots", "[math]")
 {
     // (x - 1/3)^9 is below the smallest step's rounding around its root: the sign still changes there.
-    const Found found = solve([](double x) { return std::pow(x - 1.0 / 3.0, 9.0); }, 0.0, 1.0, 1e-12);
+    const Found found = find_root([](double x) { return std::pow(x - 1.0 / 3.0, 9.0); }, 0.0, 1.0, 1e-12);
     REQUIRE(found.root == Approx(1.0 / 3.0).margin(1e-9));
     REQUIRE(found.evaluations < 300);
 }
@@ -86,7 +86,7 @@ TEST_CASE("Brent's method ends within the tolerance of a change of sign", "[math
         if (f(0.0) * f(1.0) > 0.0)
             continue;
         const double tolerance = std::pow(10.0, exponent(random));
-        const Found found = solve(f, 0.0, 1.0, tolerance);
+        const Found found = find_root(f, 0.0, 1.0, tolerance);
         const double reach = tolerance + 1e-15;
         REQUIRE(found.root >= 0.0);
         REQUIRE(found.root <= 1.0);

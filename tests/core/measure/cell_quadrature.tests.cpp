@@ -16,7 +16,7 @@ using namespace isospline;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A cell alone, whose coefficients are those of a polynomial of up to the cell's degree in each coordinate. For
 /// quadratic polynomials the B-spline coefficients are samples less half of the B-spline's variance times the second

@@ -15,7 +15,7 @@ using namespace isospline;
 
 namespace {
 
-const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+const double no_number = std::numeric_limits<double>::quiet_NaN();
 
 void require_close(const glm::dvec3& a, const glm::dvec3& b, double margin = 1e-12)
 {
@@ -151,11 +151,11 @@ TEST_CASE("cameras refuse parameters without an image", "[render]")
     REQUIRE_THROWS_WITH(Projection(PerspectiveCamera{{0, 0, 5}, {0, 0, 0}, {0, 0, 1}}, size), message("up"));
     REQUIRE_THROWS_WITH(Projection(PerspectiveCamera{{0, 0, 5}, {0, 0, 0}, {0, 0, -2}}, size), message("up"));
     REQUIRE_THROWS_WITH(Projection(PerspectiveCamera{{0, 9, 5}, {0, 0, 0}, {0, 0, 0}}, size), message("up"));
-    REQUIRE_THROWS_WITH(Projection(PerspectiveCamera{{0, not_a_number, 5}}, size), message("eye"));
-    for (const double field_of_view : {0.0, -1.0, 180.0, not_a_number})
+    REQUIRE_THROWS_WITH(Projection(PerspectiveCamera{{0, no_number, 5}}, size), message("eye"));
+    for (const double field_of_view : {0.0, -1.0, 180.0, no_number})
         REQUIRE_THROWS_WITH(Projection(PerspectiveCamera{{0, -1, 0}, {0, 0, 0}, {0, 0, 1}, field_of_view}, size),
                             message("field_of_view"));
-    for (const double height : {0.0, -1.0, not_a_number})
+    for (const double height : {0.0, -1.0, no_number})
         REQUIRE_THROWS_WITH(Projection(OrthographicCamera{{0, -1, 0}, {0, 0, 0}, {0, 0, 1}, height}, size),
                             message("height"));
     REQUIRE_THROWS_WITH(Projection(ProjectionPlaneCamera{{0, -1, 0}, {0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, size),

@@ -18,7 +18,7 @@ using namespace isospline;
 
 namespace {
 
-std::size_t ray_count()
+std::size_t crossing_ray_count()
 {
     const char* const given = std::getenv("ISOSPLINE_TEST_RAYS");
     return given != nullptr ? std::strtoull(given, nullptr, 10) : 60'000;
@@ -102,7 +102,7 @@ TEST_CASE("rays alternately enter and leave, even at corners, edges and faces of
     constexpr std::size_t rays_of_volume = 1000;
     std::mt19937 random(static_cast<unsigned>(degree));
     std::size_t crossing_count = 0;
-    for (std::size_t done = 0; done < ray_count() / 3; done += rays_of_volume) {
+    for (std::size_t done = 0; done < crossing_ray_count() / 3; done += rays_of_volume) {
         const auto volume = random_integers(degree, random);
         const auto surface = std::make_shared<Isosurface>(volume, 1.0);
         IsosurfaceOptions options;
@@ -158,7 +158,7 @@ TEST_CASE("rays alternately enter and leave, even at corners, edges and faces of
         REQUIRE(wrong_signs == 0);
         REQUIRE(differing_hits == 0);
     }
-    REQUIRE(crossing_count > ray_count() / 5);
+    REQUIRE(crossing_count > crossing_ray_count() / 5);
 }
 
 TEST_CASE("hopper and scene agree on rays along the border of a volume", "[scene]")

@@ -27,7 +27,7 @@ using test::ClosedMesh;
 
 namespace {
 
-std::size_t ray_count()
+std::size_t closed_mesh_ray_count()
 {
     const char* const count = std::getenv("ISOSPLINE_TEST_RAYS");
     return count ? std::stoul(count) : are_tests_long() ? 20000 : 8000;
@@ -95,7 +95,7 @@ private:
     std::mt19937_64 random_{7};
 };
 
-bool is_same(const Hit& a, const Hit& b)
+bool is_same_hit(const Hit& a, const Hit& b)
 {
     return a.t == b.t && a.geometry_id == b.geometry_id && a.primitive_id == b.primitive_id && a.normal == b.normal &&
            a.uv == b.uv && a.position == b.position;
@@ -134,8 +134,8 @@ Faults find_faults(const SceneSnapshot& scene, const std::vector<Ray>& rays, boo
             faults.unordered += j > first && crossings[j].hit.t < crossings[j - 1].hit.t;
         }
         faults.odd += depth != 0;
-        faults.packets += !is_same(singles[i], packets[i]);
-        faults.first_hits += counts[i] > 0 ? !is_same(singles[i], crossings[first].hit) : bool(singles[i]);
+        faults.packets += !is_same_hit(singles[i], packets[i]);
+        faults.first_hits += counts[i] > 0 ? !is_same_hit(singles[i], crossings[first].hit) : bool(singles[i]);
         faults.occlusions += (counts[i] > 0) != (occluded[i] != 0);
         if (singles[i]) {
             at_hits.push_back(rays[i]);
@@ -165,7 +165,7 @@ TEST_CASE("rays alternately enter and leave closed meshes, even at vertices, edg
             const auto snapshot = scene.snapshot();
             DegenerateRays next(mesh, transform);
             std::size_t crossing_count = 0;
-            const std::size_t count = std::max<std::size_t>(1, ray_count() / transforms().size());
+            const std::size_t count = std::max<std::size_t>(1, closed_mesh_ray_count() / transforms().size());
             for (std::size_t begin = 0; begin < count; begin += batch) {
                 std::vector<Ray> rays;
                 for (std::size_t i = begin; i < std::min(begin + batch, count); ++i)

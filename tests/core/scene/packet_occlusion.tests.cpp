@@ -114,7 +114,7 @@ void require_product(const std::vector<Ray>& rays, const SceneSnapshot& scene)
     require_all_or_nothing(rays, scene, transmitted);
 }
 
-bool is_same(const Crossing& a, const Crossing& b)
+bool is_same_crossing(const Crossing& a, const Crossing& b)
 {
     return a.entering == b.entering && a.hit.t == b.hit.t && a.hit.geometry_id == b.hit.geometry_id &&
            a.hit.primitive_id == b.hit.primitive_id && a.hit.position == b.hit.position &&
@@ -129,7 +129,7 @@ void require_same_lists(const std::vector<Ray>& rays, const SceneSnapshot& scene
     scene.list_intersections(rays, single, counts);
     scene.list_intersections(rays, coherent, coherent_counts, true);
     REQUIRE(coherent_counts == counts);
-    REQUIRE(std::equal(single.begin(), single.end(), coherent.begin(), coherent.end(), is_same));
+    REQUIRE(std::equal(single.begin(), single.end(), coherent.begin(), coherent.end(), is_same_crossing));
 }
 
 /// Lists of what is seen begin like lists of all crossings, as long as light is left, and end soon after: they have at
@@ -150,7 +150,7 @@ void require_visible_lists(const std::vector<Ray>& rays, const SceneSnapshot& sc
         for (double left = 1.0; needed < counts[i] && left >= Absorption::least_visible; ++needed)
             left *= 1.0 - opacity(crossing[static_cast<std::ptrdiff_t>(needed)].hit.geometry_id).value_or(0.0);
         const auto needed_end = crossing + static_cast<std::ptrdiff_t>(needed);
-        wrong += seen_counts[i] < needed || !std::equal(crossing, needed_end, listed, is_same);
+        wrong += seen_counts[i] < needed || !std::equal(crossing, needed_end, listed, is_same_crossing);
         needed_count += needed;
         crossing += counts[i];
         listed += seen_counts[i];

@@ -13,7 +13,7 @@ using namespace isospline;
 
 namespace {
 
-glm::dvec3 at_angle(double degrees)
+glm::dvec3 direction_at(double degrees)
 {
     const double angle = degrees * pi / 180.0;
     return {std::sin(angle), 0.0, std::cos(angle)};
@@ -37,7 +37,7 @@ TEST_CASE("materials sample directions with the stated density", "[shade][slow]"
         for (const double metallic : {0.0, 1.0})
             for (const double angle : {0.0, 40.0, 80.0}) {
                 const Scattering scattering({glm::dvec3(0.5), metallic, roughness, 1.0});
-                const glm::dvec3 viewer = at_angle(angle);
+                const glm::dvec3 viewer = direction_at(angle);
 
                 // The density's integral over each cell, by the midpoint rule.
                 constexpr int steps = 64;

@@ -25,7 +25,7 @@ Model translucent(double opacity, double silhouette_opacity, double silhouette_e
 }
 
 /// A point whose normal and direction to the viewer have the angle.
-SurfacePoint at_angle(double radians)
+SurfacePoint point_seen_at(double radians)
 {
     SurfacePoint point;
     point.normal = {0.0, 0.0, 1.0};
@@ -47,7 +47,7 @@ TEMPLATE_TEST_CASE("opacity grows to that of the silhouette as Kay and Greenberg
         // In the paper's terms: transparency between t_min, at the silhouette, and t_max.
         const double t_min = 1.0 - silhouette, t_max = 1.0 - facing;
         const double t = t_min + (t_max - t_min) * (1.0 - std::pow(1.0 - std::abs(std::cos(angle)), exponent));
-        REQUIRE(opacity(shading, at_angle(angle)) == Approx(1.0 - t).margin(1e-12));
+        REQUIRE(opacity(shading, point_seen_at(angle)) == Approx(1.0 - t).margin(1e-12));
         REQUIRE_FALSE(even_opacity(shading));
     }
 }
@@ -70,7 +70,7 @@ TEST_CASE("without a silhouette opacity, opacity is the same everywhere", "[shad
     Phong phong;
     phong.opacity = 0.3;
     REQUIRE(even_opacity(phong) == 0.3);
-    REQUIRE(opacity(phong, at_angle(1.5)) == 0.3);
+    REQUIRE(opacity(phong, point_seen_at(1.5)) == 0.3);
     phong.silhouette_opacity = 0.3;
     REQUIRE(even_opacity(phong) == 0.3);
     REQUIRE(even_opacity(Outline()) == 1.0);

@@ -7,13 +7,14 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <numbers>
 #include <vector>
 
 using namespace isospline;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 /// The filter's response at an angular frequency.
 double response(const RecursiveFilter& filter, double frequency)
