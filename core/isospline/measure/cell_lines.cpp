@@ -21,14 +21,15 @@ namespace isospline {
 
 namespace {
 
-/// sqrt(7/4): one of 2 x 2 columns of cells has a pair of grids. Half of the square of their difference estimates the
-/// variance v of one of them; that of their mean is v / 2, and that of each of the other three columns v.
+/// sqrt(7/4): one of 2 x 2 columns of cells has a pair of lattices. Half of the square of their difference estimates
+/// the variance v of one of them; that of their mean is v / 2, and that of each of the other three columns v.
 constexpr double deviation_of_pair = 1.3228756555322954;
 /// Where a coefficient is smaller than this part of the largest one, its sign might be lost in single precision.
 constexpr double least_in_lanes = 1e-18;
 
 /// The shifts of the lines along an axis through the cells at a place of the plane across it, as if at random.
 struct Shifts {
+    int x = -1, y = -1; ///< the place
     std::array<double, 2> first, second;
     bool is_pair; ///< whether the second one is wanted: in one of 2 x 2 places
 };
@@ -41,16 +42,34 @@ Shifts shifts_of(int axis, int x, int y)
     };
     const auto at_place = words(x, y, 0);
     const auto chosen = static_cast<int>(words(x / 2, y / 2, 1)[0] >> 30);
-    return {{to_unit_interval(at_place[0]), to_unit_interval(at_place[1])},
+    return {x,
+            y,
+            {to_unit_interval(at_place[0]), to_unit_interval(at_place[1])},
             {to_unit_interval(at_place[2]), to_unit_interval(at_place[3])},
             chosen == x % 2 + 2 * (y % 2)};
 }
+
+/// Remembers the shifts in the columns of a brick, most of which are wanted several times.
+class KnownShifts {
+public:
+    const Shifts& at(int axis, int x, int y)
+    {
+        constexpr int size = 8;
+        Shifts& known = known_[static_cast<std::size_t>((axis * size + x % size) * size + y % size)];
+        if (known.x != x || known.y != y)
+            known = shifts_of(axis, x, y);
+        return known;
+    }
+
+private:
+    std::array<Shifts, 192> known_;
+};
 
 } // namespace
 
 struct CellLines::Method {
     virtual ~Method() = default;
-    virtual bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const = 0;
+    virtual bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) = 0;
 };
 
 template <int Degree>
@@ -86,7 +105,7 @@ struct CellLines::MethodOfDegree final : Method {
         }
     }
 
-    bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const override
+    bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) override
     {
         BernsteinBox<Degree> b = bernstein_of<Degree>(cell);
         double smallest = std::abs(b[0]);
@@ -113,7 +132,7 @@ struct CellLines::MethodOfDegree final : Method {
             if (axis == steepest || options.surface) {
                 const int x = place[first_of_face(axis)], y = place[second_of_face(axis)];
                 const Lines lines{cell, sign, axis, axis == steepest, in_lanes, unit, oriented(b, axis)};
-                const Shifts shifts = shifts_of(axis, x, y);
+                const Shifts& shifts = known_shifts.at(axis, x, y);
                 const Means means = mean_over(lines, shifts.first);
                 if (shifts.is_pair)
                     add_pair(means, mean_over(lines, shifts.second), to.deviation[LineSums::column(axis, x, y)], to);
@@ -190,21 +209,17 @@ struct CellLines::MethodOfDegree final : Method {
             deviation[i] += deviation_of_pair * (first.value[i] - second.value[i]);
     }
 
-    /// The means over the lines of a grid with these shifts.
+    /// The means over the lines of a lattice with these shifts.
     Means mean_over(const Lines& lines, const std::array<double, 2>& shifts) const
     {
-        constexpr int group = LineGrid::group;
-        const LineGrid grid{{options.order, (options.order + group - 1) / group * group}, shifts};
+        const LineLattice lattice{options.order, shifts};
         if constexpr (Degree <= 2)
             if (lines.in_lanes)
-                return mean_in_lanes(lines, grid);
-        std::array<Node, LineGrid::most> second;
-        for (int i = 0; i < grid.counts[1]; ++i)
-            second[static_cast<std::size_t>(i)] = node_at(grid.position(1, i));
-        const double row_weight = 1.0 / grid.counts[0];
+                return mean_in_lanes(lines, lattice);
+        const double row_weight = 1.0 / lattice.rows;
         Means means;
-        for (int i = 0; i < grid.counts[0]; ++i) {
-            const Node x = node_at(grid.position(0, i));
+        for (int i = 0; i < lattice.rows; ++i) {
+            const Node x = node_at(lattice.row(i));
             Plane plane;
             for (std::size_t of_x = 0; of_x < count; ++of_x)
                 for (std::size_t j = 0; j < count; ++j)
@@ -225,20 +240,22 @@ struct CellLines::MethodOfDegree final : Method {
                     for (std::size_t j = 0; j < count; ++j)
                         for (std::size_t k = 0; k < count; ++k)
                             plane.slopes[j][k] += x.slopes[of_x] * lines.c[of_x][j][k];
-            for (std::size_t j = 0; j < static_cast<std::size_t>(grid.counts[1]); ++j)
-                add_line(lines, plane, {x, second[j], row_weight / grid.counts[1]}, means);
+            const double shift = lattice.shift_of_row(i);
+            for (int j = 0; j < LineLattice::group; ++j)
+                add_line(lines, plane, {x, node_at(LineLattice::line(j, shift)), row_weight / LineLattice::group},
+                         means);
         }
         return means;
     }
 
-    Means mean_in_lanes(const Lines& lines, const LineGrid& grid) const
+    Means mean_in_lanes(const Lines& lines, const LineLattice& lattice) const
     {
         LinesOverFace face{Degree, {}, metrics[lines.axis], lines.add_volume, options.surface};
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t j = 0; j < count; ++j)
                 for (std::size_t k = 0; k < count; ++k)
                     face.c[i][j][k] = static_cast<float>(lines.unit * lines.c[i][j][k]);
-        const LineMeansOverFace found = mean_over_lines(face, grid);
+        const LineMeansOverFace found = mean_over_lines(face, lattice);
         Means means;
         means.add(Quantity::volume, determinant * found.volume);
         means.add(Quantity::area, determinant * unit_of_metrics * found.area);
@@ -320,6 +337,7 @@ struct CellLines::MethodOfDegree final : Method {
     double determinant;
     glm::mat3 metrics[3]; ///< by axis, see LinesOverFace
     double unit_of_metrics;
+    KnownShifts known_shifts;
 };
 
 CellLines::CellLines(int degree, const QuadratureOptions& options)
@@ -332,7 +350,7 @@ CellLines::CellLines(int degree, const QuadratureOptions& options)
 CellLines::~CellLines() = default;
 CellLines::CellLines(CellLines&&) noexcept = default;
 
-bool CellLines::add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const
+bool CellLines::add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to)
 {
     return method_->add(cell, place, sign, to);
 }

@@ -39,23 +39,23 @@ struct LineSums {
 /// are the roots of polynomials of one variable. The surface is not divided, so no graph, edge or corner has to be
 /// found. The volume is the integral of the lengths of lines along the axis that is nearest to the normal.
 ///
-/// Lines are at the nodes of a grid with a random shift, the same in all cells that a line crosses, and every other
-/// node is mirrored (R. Cranley and T. N. L. Patterson, "Randomization of number theoretic methods for multiple
-/// integration", SIAM Journal on Numerical Analysis 13(6), 1976; F. J. Hickernell, "Obtaining O(N^(-2+e)) convergence
-/// for lattice quadrature rules", in: Monte Carlo and Quasi-Monte Carlo Methods 2000). So the expected value of a sum
-/// is the integral, whatever the surface has in common with the lattice, and the errors of lines through different
-/// columns of cells are independent. Within a cell their error is large where the surface leaves it through a face
-/// across the axis, but there, the same lines continue in the next cell: only the sums over many cells are precise.
+/// Lines are at the nodes of an integration lattice with a random shift, the same in all cells that a line crosses, and
+/// every other node is mirrored (R. Cranley and T. N. L. Patterson, "Randomization of number theoretic methods for
+/// multiple integration", SIAM Journal on Numerical Analysis 13(6), 1976; F. J. Hickernell, "Obtaining O(N^(-2+e))
+/// convergence for lattice quadrature rules", in: Monte Carlo and Quasi-Monte Carlo Methods 2000). So the expected
+/// value of a sum is the integral, whatever the surface has in common with the lattice, and the errors of lines through
+/// different columns of cells are independent. Within a cell their error is large where the surface leaves it through a
+/// face across the axis, but there, the same lines continue in the next cell: only the sums over many cells are
+/// precise.
 ///
-/// One of 2 x 2 columns of cells, chosen at random, has two grids. The difference of the sums by both, times a factor,
-/// is the deviation. The square of its sum over a set of columns is an estimate of the variance of the error.
+/// One of 2 x 2 columns of cells, chosen at random, has two lattices. The difference of the sums by both, times a
+/// factor, is the deviation. The square of its sum over a set of columns is an estimate of the variance of the error.
 class CellLines {
 public:
     /// Whether lines are cut in SIMD lanes.
     static bool has_lanes(int degree, bool curvature) { return degree <= 2 && !curvature; }
 
-    /// `options.order`: the number of lines along the first coordinate of a face, even, at most LineGrid::most. Along
-    /// the second one, it is the next multiple of LineGrid::group.
+    /// `options.order`: the number of rows of lines, even; see LineLattice.
     explicit CellLines(int degree, const QuadratureOptions& options);
     ~CellLines();
     CellLines(CellLines&&) noexcept;
@@ -63,7 +63,7 @@ public:
     /// Adds the integrals over the cell at `place` of the lattice, which no half-space cuts. Returns false, and adds
     /// nothing, if a Bernstein coefficient of f equals the level: then faces, edges or corners of the cell may be in
     /// the surface.
-    bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to) const;
+    bool add(const CellCoefficients& cell, const glm::ivec3& place, double sign, LineSums& to);
 
 private:
     struct Method;

@@ -25,9 +25,10 @@ namespace isospline {
 
 namespace {
 
-/// The rules for a tolerance. Those of lines come first, and need the more lines the smaller the tolerance is.
-/// Quadrature in every cell converges faster where the surface is smooth.
-constexpr std::array<PieceRule, 13> all_rules{{{true, 4},
+/// The rules for a tolerance: numbers of rows of lines, then orders of quadrature in every cell, which converges faster
+/// where the surface is smooth.
+constexpr std::array<PieceRule, 18> all_rules{{{true, 4},
+                                               {true, 6},
                                                {true, 8},
                                                {true, 12},
                                                {true, 16},
@@ -37,22 +38,30 @@ constexpr std::array<PieceRule, 13> all_rules{{{true, 4},
                                                {true, 64},
                                                {true, 96},
                                                {true, 128},
+                                               {true, 192},
+                                               {true, 256},
+                                               {true, 384},
+                                               {true, 512},
                                                {false, 4},
                                                {false, 6},
                                                {false, 10}}};
-constexpr std::size_t first_quadrature = 10;
+constexpr std::size_t first_quadrature = 15;
 static_assert(std::all_of(all_rules.begin(), all_rules.begin() + first_quadrature,
-                          [](const PieceRule& rule) { return rule.order % 2 == 0 && rule.order <= LineGrid::most; }));
-/// From this rule of lines on, the first rule of quadrature takes no longer. Where lines are not in SIMD lanes, all
-/// rules of quadrature together take less than those from another rule on, which are not used.
-constexpr std::size_t first_slow_lines = 8, first_without_lanes = 4;
-/// Integration begins with the second rule if areas or curvatures are wanted within less than this tolerance. For
-/// volumes, the first one is as precise.
-constexpr double tolerance_of_first_rule = 5e-4;
-/// The errors of lines fall with about this power of their number along a coordinate.
-constexpr double rate_of_lines = 2.0;
-/// Where slow lines come next, quadrature is tried in one of so many pieces of a component, and in at least so many.
-constexpr std::size_t sample_step = 16, fewest_sampled = 32;
+                          [](const PieceRule& rule) { return rule.order % 2 == 0; }));
+/// Where lines are not in SIMD lanes, all rules of quadrature together take less than those from this one on, which are
+/// not used.
+constexpr std::size_t first_without_lanes = 7;
+/// The first rule for areas and curvatures within less than a tolerance, and for all else. For volumes, few lines are
+/// precise.
+constexpr std::size_t usual_first_rule = 2;
+constexpr double tolerance_of_few_lines = 5e-4;
+/// One in so many pieces of a component tells how many cells the surface crosses, if it has at least so many.
+constexpr std::size_t sample_step = 16, fewest_sampled = 512;
+/// The standard deviation of the area of noise, times the square root of the number of cells, with the usual first
+/// rule, and how it falls with the number of lines. Measured; smooth surfaces have less.
+constexpr double deviation_in_noise = 0.0135, rate_in_noise = 1.7;
+/// The errors of lines fall with about this power of their number.
+constexpr double rate_of_lines = 1.2;
 /// The relative error of sums over lines in single precision, whose rounding errors may be alike in all cells.
 constexpr double rounding_of_lines = 2.5e-7;
 /// The errors of lines are estimated by statistics of many cells. If there are fewer, they are not used.
@@ -97,7 +106,8 @@ public:
     Integration(const Solid& solid, const std::vector<Piece>& pieces, const std::vector<double>& whole_volumes,
                 const IntegralOptions& options)
         : solid_(solid), pieces_(pieces), whole_volumes_(whole_volumes), options_(options), sums_(pieces.size()),
-          rule_of_(pieces.size(), options.needs_surface() && options.tolerance < tolerance_of_first_rule ? 1 : 0),
+          rule_of_(pieces.size(),
+                   options.needs_surface() && options.tolerance < tolerance_of_few_lines ? usual_first_rule : 0),
           of_component_(whole_volumes.size()), totals_(whole_volumes.size())
     {
         for (std::size_t i = 0; i < pieces.size(); ++i)
@@ -119,13 +129,13 @@ public:
         std::vector<std::size_t> chosen(pieces_.size());
         std::iota(chosen.begin(), chosen.end(), std::size_t{0});
         const bool is_once = options_.order != 0;
-        double begin = 0.0;
+        choose_first_rules(part_of(progress, 0.0, 0.05));
+        double begin = 0.05;
         do {
-            const double end = is_once ? 1.0 : 0.5 * (begin + 1.0);
+            const double end = is_once ? 1.0 : 0.25 * begin + 0.75;
             compute(chosen, part_of(progress, begin, end));
             chosen = update_totals();
-            begin = 0.5 * (end + 1.0);
-            prefer_quadrature(chosen, part_of(progress, end, begin));
+            begin = end;
         } while (!chosen.empty() && !is_once);
         return std::move(totals_);
     }
@@ -191,43 +201,38 @@ private:
         return all;
     }
 
-    /// Where slow lines come next, quadrature does if it is precise enough in a sample of the pieces.
-    void prefer_quadrature(const std::vector<std::size_t>& chosen, const Progress& progress)
+    /// Large components have the fewest lines that would do for noise. A wrong choice costs time only.
+    void choose_first_rules(const Progress& progress)
     {
-        std::vector<std::uint8_t> slow_lines(of_component_.size(), 0);
-        for (const std::size_t i : chosen)
-            slow_lines[pieces_[i].component] = rule_of_[i] >= first_slow_lines && rule_of_[i] < first_quadrature;
-        const auto step_of = [](const std::vector<std::size_t>& component) {
-            return std::clamp(component.size() / fewest_sampled, std::size_t{1}, sample_step);
-        };
+        if (options_.order != 0 || !options_.needs_surface() || options_.needs_curvature())
+            return;
         std::vector<std::size_t> sample;
-        std::vector<std::uint8_t> rules = rule_of_;
-        for (std::size_t component = 0; component < of_component_.size(); ++component) {
-            const std::vector<std::size_t>& of_component = of_component_[component];
-            for (std::size_t i = 0; slow_lines[component] != 0 && i < of_component.size(); i += step_of(of_component))
-                sample.push_back(of_component[i]);
-        }
-        for (const std::size_t i : sample)
-            rule_of_[i] = first_quadrature;
+        for (const std::vector<std::size_t>& component : of_component_)
+            for (std::size_t i = 0; i < component.size() && is_sampled(component); i += sample_step)
+                sample.push_back(component[i]);
+        for (const std::size_t piece : sample)
+            rule_of_[piece] = 0;
         compute(sample, progress);
-        std::swap(rules, rule_of_);
-        for (std::size_t component = 0; component < of_component_.size(); ++component) {
-            const std::vector<std::size_t>& of_component = of_component_[component];
-            if (slow_lines[component] == 0)
+        for (const std::vector<std::size_t>& component : of_component_) {
+            if (!is_sampled(component))
                 continue;
-            bool is_precise = true;
-            for (std::size_t quantity = 0; quantity < quantity_count; ++quantity) {
-                Sums some;
-                for (std::size_t i = 0; i < of_component.size(); i += step_of(of_component))
-                    some.add(sums_[of_component[i]], quantity);
-                const auto step = static_cast<double>(step_of(of_component));
-                const double whole = quantity == 0 ? whole_volumes_[component] : 0.0;
-                const double limit = options_.tolerance * (step * some.magnitude + whole);
-                is_precise &= !options_.wanted[quantity] || step * some.error <= limit;
-            }
-            for (const std::size_t i : of_component)
-                rule_of_[i] = is_precise ? static_cast<std::uint8_t>(first_quadrature) : rule_of_[i];
+            std::size_t line_cells = 0, rule = 0;
+            for (std::size_t i = 0; i < component.size(); i += sample_step)
+                line_cells += sample_step * sums_[component[i]].line_cells;
+            const auto error_in_noise = [line_cells](const PieceRule& few) {
+                const double more = static_cast<double>(all_rules[usual_first_rule].order) / few.order;
+                return 4.0 * deviation_in_noise * std::pow(more, rate_in_noise) /
+                       std::sqrt(static_cast<double>(line_cells));
+            };
+            while (rule < usual_first_rule && !(error_in_noise(all_rules[rule]) < options_.tolerance))
+                ++rule;
+            for (const std::size_t piece : component)
+                rule_of_[piece] = static_cast<std::uint8_t>(rule);
         }
+    }
+    bool is_sampled(const std::vector<std::size_t>& component) const
+    {
+        return component.size() >= fewest_sampled && rule_of_[component.front()] < first_quadrature;
     }
 
     /// Keeps the sums with the smallest errors so far, and returns the pieces that need a more precise rule, which is

@@ -15,29 +15,20 @@ namespace isospline {
 
 #ifndef ISOSPLINE_MEASURE_LINE_LANE_SUMS
 #define ISOSPLINE_MEASURE_LINE_LANE_SUMS
-// Sums over lines. They do not depend on the SIMD target: lanes are nodes along the second coordinate, and are added
-// one after the other.
+// Sums over lines. They do not depend on the SIMD target: lanes are lines of a row, and are added one after the other.
 struct LineLaneSums {
-    explicit LineLaneSums(const LineGrid& grid) : count(static_cast<std::size_t>(grid.counts[1])) { clear(); }
-
-    void clear()
-    {
-        std::fill_n(volumes, count, 0.0f);
-        std::fill_n(areas, count, 0.0f);
-    }
-
-    // Adds the sums of some nodes along the first coordinate to those in double precision.
+    // Adds the sums of some rows to those in double precision.
     void flush()
     {
-        volume = std::accumulate(volumes, volumes + count, volume);
-        area = std::accumulate(areas, areas + count, area);
-        clear();
+        volume = std::accumulate(volumes, volumes + LineLattice::group, volume);
+        area = std::accumulate(areas, areas + LineLattice::group, area);
+        std::fill_n(volumes, LineLattice::group, 0.0f);
+        std::fill_n(areas, LineLattice::group, 0.0f);
     }
 
-    std::size_t count;
     double volume = 0.0, area = 0.0;
-    alignas(64) float volumes[LineGrid::most];
-    alignas(64) float areas[LineGrid::most];
+    alignas(64) float volumes[LineLattice::group] = {};
+    alignas(64) float areas[LineLattice::group] = {};
 };
 #endif
 
@@ -45,7 +36,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, LineGrid::group>;
+using Floats = hn::CappedTag<float, LineLattice::group>;
 using V = hn::Vec<Floats>;
 using M = hn::Mask<Floats>;
 
@@ -129,102 +120,88 @@ HWY_INLINE V slope_at(const std::array<V, 3>& b, V s)
     return hn::Add(slope, slope);
 }
 
-// Bernstein polynomials and their derivatives at the nodes along a coordinate, padded to whole vectors.
+// Bernstein polynomials and their derivatives at nodes along a coordinate.
 template <std::size_t Count>
 struct Nodes {
-    alignas(64) float values[Count][LineGrid::most];
-    alignas(64) float slopes[Count][LineGrid::most];
+    std::array<V, Count> values, slopes;
 };
 
-HWY_INLINE void set_nodes(V t, std::size_t at, Nodes<2>& nodes)
-{
-    const Floats d;
-    const V one = hn::Set(d, 1.0f);
-    hn::Store(hn::Sub(one, t), d, nodes.values[0] + at);
-    hn::Store(t, d, nodes.values[1] + at);
-    hn::Store(hn::Neg(one), d, nodes.slopes[0] + at);
-    hn::Store(one, d, nodes.slopes[1] + at);
-}
-
-HWY_INLINE void set_nodes(V t, std::size_t at, Nodes<3>& nodes)
-{
-    const Floats d;
-    const V u = hn::Sub(hn::Set(d, 1.0f), t), product = hn::Mul(t, u), difference = hn::Sub(u, t);
-    hn::Store(hn::Mul(u, u), d, nodes.values[0] + at);
-    hn::Store(hn::Add(product, product), d, nodes.values[1] + at);
-    hn::Store(hn::Mul(t, t), d, nodes.values[2] + at);
-    hn::Store(hn::Neg(hn::Add(u, u)), d, nodes.slopes[0] + at);
-    hn::Store(hn::Add(difference, difference), d, nodes.slopes[1] + at);
-    hn::Store(hn::Add(t, t), d, nodes.slopes[2] + at);
-}
-
 template <std::size_t Count>
-HWY_INLINE void set_nodes(const LineGrid& grid, std::size_t coordinate, Nodes<Count>& nodes)
+HWY_INLINE Nodes<Count> nodes_at(V t)
 {
     const Floats d;
-    const auto count = static_cast<float>(grid.counts[coordinate]);
-    const V half = hn::Set(d, 0.5f), shift = hn::Set(d, static_cast<float>(grid.shifts[coordinate]));
-    // LineGrid::position
-    for (std::size_t at = 0; at < static_cast<std::size_t>(grid.counts[coordinate]); at += hn::Lanes(d)) {
-        const V i = hn::Iota(d, static_cast<float>(at)), pair = hn::Mul(i, half);
-        const M is_even = hn::Eq(hn::Floor(pair), pair);
-        const V offset = hn::IfThenElse(is_even, shift, hn::Sub(hn::Set(d, 1.0f), shift));
-        set_nodes(hn::Mul(hn::Add(i, offset), hn::Set(d, 1.0f / count)), at, nodes);
+    const V one = hn::Set(d, 1.0f), u = hn::Sub(one, t);
+    if constexpr (Count == 2) {
+        return {{u, t}, {hn::Neg(one), one}};
+    } else {
+        const V product = hn::Mul(t, u), difference = hn::Sub(u, t);
+        return {{hn::Mul(u, u), hn::Add(product, product), hn::Mul(t, t)},
+                {hn::Neg(hn::Add(u, u)), hn::Add(difference, difference), hn::Add(t, t)}};
     }
 }
 
-// Polynomials over the second coordinate and the axis, one for each node along the first coordinate.
+// The nodes from `first` on, of `count` that are mirrored in pairs; see LineLattice.
+template <std::size_t Count>
+HWY_INLINE Nodes<Count> nodes_from(std::size_t first, float count, double shift)
+{
+    const Floats d;
+    const V i = hn::Iota(d, static_cast<float>(first)), pair = hn::Mul(i, hn::Set(d, 0.5f));
+    const V of_even = hn::Set(d, static_cast<float>(shift)), of_odd = hn::Sub(hn::Set(d, 1.0f), of_even);
+    const V offset = hn::IfThenElse(hn::Eq(hn::Floor(pair), pair), of_even, of_odd);
+    return nodes_at<Count>(hn::Mul(hn::Add(i, offset), hn::Set(d, 1.0f / count)));
+}
+
+// Polynomials over the second coordinate and the axis, one for each of a group of rows.
 template <std::size_t Count>
 struct Planes {
-    alignas(64) float values[Count][Count][LineGrid::most];
-    alignas(64) float slopes[Count][Count][LineGrid::most];
-    alignas(64) float least[LineGrid::most]; ///< of the values
-    alignas(64) float most[LineGrid::most];
+    alignas(64) float values[Count][Count][LineLattice::group];
+    alignas(64) float slopes[Count][Count][LineLattice::group];
+    alignas(64) float least[LineLattice::group]; // of the values
+    alignas(64) float most[LineLattice::group];
 };
 
 template <std::size_t Count>
-HWY_INLINE void set_planes(const LinesOverFace& face, std::size_t node_count, const Nodes<Count>& nodes,
+HWY_INLINE void set_planes(const LinesOverFace& face, const LineLattice& lattice, std::size_t first,
                            Planes<Count>& planes)
 {
     const Floats d;
-    const auto sum_over = [&](const float(&of_nodes)[Count][LineGrid::most], std::size_t x, std::size_t j,
-                              std::size_t k) HWY_ATTR {
-        V sum = hn::Mul(hn::Load(d, of_nodes[0] + x), hn::Set(d, face.c[0][j][k]));
-        for (std::size_t i = 1; i < Count; ++i)
-            sum = hn::Add(sum, hn::Mul(hn::Load(d, of_nodes[i] + x), hn::Set(d, face.c[i][j][k])));
-        return sum;
-    };
-    for (std::size_t x = 0; x < node_count; x += hn::Lanes(d)) {
-        V least = sum_over(nodes.values, x, 0, 0), most = least;
+    for (std::size_t x = 0; x < LineLattice::group; x += hn::Lanes(d)) {
+        const Nodes<Count> nodes = nodes_from<Count>(first + x, static_cast<float>(lattice.rows), lattice.shifts[0]);
+        const auto sum_over = [&](const std::array<V, Count>& of_nodes, std::size_t j, std::size_t k) HWY_ATTR {
+            V sum = hn::Mul(of_nodes[0], hn::Set(d, face.c[0][j][k]));
+            for (std::size_t i = 1; i < Count; ++i)
+                sum = hn::Add(sum, hn::Mul(of_nodes[i], hn::Set(d, face.c[i][j][k])));
+            return sum;
+        };
+        V least = sum_over(nodes.values, 0, 0), most = least;
         for (std::size_t j = 0; j < Count; ++j)
             for (std::size_t k = 0; k < Count; ++k) {
-                const V value = sum_over(nodes.values, x, j, k);
+                const V value = sum_over(nodes.values, j, k);
                 least = hn::Min(least, value);
                 most = hn::Max(most, value);
                 hn::Store(value, d, planes.values[j][k] + x);
                 if (face.area)
-                    hn::Store(sum_over(nodes.slopes, x, j, k), d, planes.slopes[j][k] + x);
+                    hn::Store(sum_over(nodes.slopes, j, k), d, planes.slopes[j][k] + x);
             }
         hn::Store(least, d, planes.least + x);
         hn::Store(most, d, planes.most + x);
     }
 }
 
-// Adds the lines at node x along the first coordinate, and a group of nodes along the second one.
+// Adds the lines of row x of a group, from the line `first` on.
 template <std::size_t Count>
-HWY_INLINE void add_group(const LinesOverFace& face, const Nodes<Count>& nodes, const Planes<Count>& planes,
+HWY_INLINE void add_lines(const LinesOverFace& face, const Nodes<Count>& nodes, const Planes<Count>& planes,
                           std::size_t x, std::size_t first, LineLaneSums& sums)
 {
     const Floats d;
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-    const auto along_line = [&](const float(&of_nodes)[Count][LineGrid::most],
-                                const float(&of_planes)[Count][Count][LineGrid::most]) HWY_ATTR {
+    const auto along_line = [&](const std::array<V, Count>& of_nodes,
+                                const float(&of_planes)[Count][Count][LineLattice::group]) HWY_ATTR {
         std::array<V, Count> sums_over_nodes;
         for (std::size_t k = 0; k < Count; ++k) {
             sums_over_nodes[k] = zero;
             for (std::size_t j = 0; j < Count; ++j)
-                sums_over_nodes[k] = hn::Add(sums_over_nodes[k],
-                                             hn::Mul(hn::Load(d, of_nodes[j] + first), hn::Set(d, of_planes[j][k][x])));
+                sums_over_nodes[k] = hn::Add(sums_over_nodes[k], hn::Mul(of_nodes[j], hn::Set(d, of_planes[j][k][x])));
         }
         return sums_over_nodes;
     };
@@ -268,31 +245,32 @@ HWY_INLINE void add_group(const LinesOverFace& face, const Nodes<Count>& nodes, 
 }
 
 template <std::size_t Count>
-void add_lines_of_degree(const LinesOverFace& face, const LineGrid& grid, LineLaneSums& sums)
+void add_lines_of_degree(const LinesOverFace& face, const LineLattice& lattice, LineLaneSums& sums)
 {
-    Nodes<Count> first, second;
-    set_nodes(grid, 0, first);
-    set_nodes(grid, 1, second);
-    const auto rows = static_cast<std::size_t>(grid.counts[0]);
+    const auto rows = static_cast<std::size_t>(lattice.rows);
     Planes<Count> planes;
-    set_planes(face, rows, first, planes);
-    for (std::size_t x = 0; x < rows; ++x) {
-        if (planes.least[x] >= 0.0f)
-            sums.volume += face.volume ? static_cast<double>(sums.count) : 0.0;
-        else if (planes.most[x] >= 0.0f)
-            for (std::size_t y = 0; y < sums.count; y += hn::Lanes(Floats()))
-                add_group(face, second, planes, x, y, sums);
-        if (x % 8 == 7 || x + 1 == rows)
-            sums.flush();
+    for (std::size_t first = 0; first < rows; first += LineLattice::group) {
+        set_planes(face, lattice, first, planes);
+        const std::size_t count = std::min(rows - first, std::size_t{LineLattice::group});
+        for (std::size_t x = 0; x < count; ++x) {
+            if (planes.least[x] >= 0.0f)
+                sums.volume += face.volume ? LineLattice::group : 0.0;
+            if (planes.least[x] >= 0.0f || planes.most[x] < 0.0f)
+                continue;
+            const double shift = lattice.shift_of_row(static_cast<int>(first + x));
+            for (std::size_t y = 0; y < LineLattice::group; y += hn::Lanes(Floats()))
+                add_lines(face, nodes_from<Count>(y, LineLattice::group, shift), planes, x, y, sums);
+        }
+        sums.flush();
     }
 }
 
-void add_lines_in_lanes(const LinesOverFace& face, const LineGrid& grid, LineLaneSums& sums)
+void add_lines_in_lanes(const LinesOverFace& face, const LineLattice& lattice, LineLaneSums& sums)
 {
     if (face.degree == 1)
-        add_lines_of_degree<2>(face, grid, sums);
+        add_lines_of_degree<2>(face, lattice, sums);
     else
-        add_lines_of_degree<3>(face, grid, sums);
+        add_lines_of_degree<3>(face, lattice, sums);
 }
 
 } // namespace HWY_NAMESPACE
@@ -304,11 +282,11 @@ namespace isospline {
 
 HWY_EXPORT(add_lines_in_lanes);
 
-LineMeansOverFace mean_over_lines(const LinesOverFace& face, const LineGrid& grid)
+LineMeansOverFace mean_over_lines(const LinesOverFace& face, const LineLattice& lattice)
 {
-    LineLaneSums sums(grid);
-    HWY_DYNAMIC_DISPATCH(add_lines_in_lanes)(face, grid, sums);
-    const double lines = static_cast<double>(grid.counts[0]) * grid.counts[1];
+    LineLaneSums sums;
+    HWY_DYNAMIC_DISPATCH(add_lines_in_lanes)(face, lattice, sums);
+    const double lines = static_cast<double>(lattice.rows) * LineLattice::group;
     return {sums.volume / lines, sums.area / lines};
 }
 

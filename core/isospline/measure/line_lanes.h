@@ -4,24 +4,32 @@
 #include <glm/mat3x3.hpp>
 
 #include <array>
+#include <cmath>
+#include <numbers>
 
 namespace isospline {
 
-/// A line at each of the nodes along the first coordinate of a face and each of those along the second one, all of the
-/// same weight.
-struct LineGrid {
-    static constexpr int group = 8;  ///< the number of nodes along the second coordinate is a multiple of it
-    static constexpr int most = 128; ///< nodes along a coordinate
+/// Lines in rows along the second coordinate of a face, all of the same weight: an integration lattice. The lines of a
+/// row are shifted by the golden ratio beside those of the row before, so few rows see as much of the face as many do.
+struct LineLattice {
+    static constexpr int group = 8; ///< lines in a row
 
-    std::array<int, 2> counts;    ///< of nodes, even
+    int rows;                     ///< even
     std::array<double, 2> shifts; ///< in [0, 1)
 
-    /// The place of a node along a coordinate. Two neighbours have their middle where it is for any shift, so linear
-    /// functions are integrated exactly.
-    double position(std::size_t coordinate, int i) const
+    /// The place of a row along the first coordinate. Two neighbours have their middle where it is for any shift, and
+    /// so have lines in a row: linear functions are integrated exactly.
+    double row(int i) const { return mirrored(i, shifts[0]) / rows; }
+    double shift_of_row(int i) const
     {
-        return (i + (i % 2 == 0 ? shifts[coordinate] : 1.0 - shifts[coordinate])) / counts[coordinate];
+        const double shift = shifts[1] + i * (std::numbers::phi - 1.0);
+        return shift - std::floor(shift);
     }
+    /// The place of a line of a row with this shift along the second coordinate.
+    static double line(int i, double shift) { return mirrored(i, shift) / group; }
+
+private:
+    static double mirrored(int i, double shift) { return i + (i % 2 == 0 ? shift : 1.0 - shift); }
 };
 
 /// f over a face of a cell of degree 1 or 2, with what is wanted of the lines across the face.
@@ -42,6 +50,6 @@ struct LineMeansOverFace {
 
 /// The lengths of lines in the solid, where f >= 0, in lattice units, and the areas that their crossings stand for:
 /// |g|_M |g_axis| / |g|^2, g being the gradient. In single precision; the means do not depend on the SIMD target.
-LineMeansOverFace mean_over_lines(const LinesOverFace& face, const LineGrid& grid);
+LineMeansOverFace mean_over_lines(const LinesOverFace& face, const LineLattice& lattice);
 
 } // namespace isospline

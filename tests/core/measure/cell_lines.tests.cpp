@@ -33,7 +33,7 @@ public:
 
     LineSums integrate(const QuadratureOptions& options, double level, double sign) const
     {
-        const CellLines lines(degree_, options);
+        CellLines lines(degree_, options);
         LineSums sums;
         for (int k = 0; k < size - degree_; ++k)
             for (int j = 0; j < size - degree_; ++j)
@@ -65,7 +65,7 @@ TEST_CASE("lines across all cells of an ellipsoid have its integrals", "[measure
             for (const int order : {4, 8, 16}) {
                 const LineSums sums = ball.integrate({order, true, true, glm::dmat3(2.0)}, level, sign);
                 const auto error = [&](Quantity quantity, double expected) {
-                    return std::abs(sums.value[static_cast<std::size_t>(quantity)] / expected - 1.0);
+                    return std::abs(sums.value[index_of(quantity)] / expected - 1.0);
                 };
                 const double inside = sign > 0.0 ? volume : cells - volume;
                 CAPTURE(degree, sign, order);
@@ -73,8 +73,7 @@ TEST_CASE("lines across all cells of an ellipsoid have its integrals", "[measure
                 REQUIRE(error(Quantity::area, 4.0 * area) < 0.1 * std::pow(order, -2.0));
                 REQUIRE(error(Quantity::mean_curvature, sign * 2.0 * mean) < 0.1 * std::pow(order, -2.0));
                 REQUIRE(error(Quantity::gaussian_curvature, gaussian) < 0.1 * std::pow(order, -2.0));
-                REQUIRE(sums.magnitude[static_cast<std::size_t>(Quantity::area)] ==
-                        Approx(sums.value[static_cast<std::size_t>(Quantity::area)]));
+                REQUIRE(sums.magnitude[index_of(Quantity::area)] == Approx(sums.value[index_of(Quantity::area)]));
                 REQUIRE(sums.cells > 1000);
             }
         }
@@ -86,9 +85,9 @@ TEST_CASE("lines have no error that all cells have in common, and deviations are
     // The same part of a surface in all cells: what their errors have in common does not cancel.
     const int degree = GENERATE(1, 2);
     const auto quantity = GENERATE(Quantity::volume, Quantity::area);
-    const auto at = static_cast<std::size_t>(quantity);
+    const auto at = index_of(quantity);
     const QuadratureOptions options{8, quantity == Quantity::area, false, glm::dmat3(1.0)};
-    const CellLines lines(degree, options);
+    CellLines lines(degree, options);
     for (const float height : {0.02f, 0.1f, 0.3f}) {
         std::array<float, 27> numbers; // a corner, or a small closed surface
         numbers.fill(-1.0f);
@@ -136,9 +135,9 @@ TEST_CASE("lines in SIMD lanes have the integrals of single lines", "[measure]")
     std::uniform_real_distribution<float> number(-1.0f, 1.0f);
     const glm::dmat3 lattice_to_world(1.1, 0.2, 0.0, -0.1, 0.9, 0.3, 0.0, 0.1, 1.4);
     // With curvatures, lines are cut one by one.
-    const CellLines in_lanes(degree, {order, true, false, lattice_to_world});
-    const CellLines without_area(degree, {order, false, false, lattice_to_world});
-    const CellLines one_by_one(degree, {order, true, true, lattice_to_world});
+    CellLines in_lanes(degree, {order, true, false, lattice_to_world});
+    CellLines without_area(degree, {order, false, false, lattice_to_world});
+    CellLines one_by_one(degree, {order, true, true, lattice_to_world});
     LineSums found, volume, expected;
     for (int cell = 0; cell < 400; ++cell) {
         std::array<float, 27> numbers;
