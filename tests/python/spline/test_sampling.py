@@ -122,3 +122,18 @@ def test_far_points_are_folded_and_not_finite_ones_give_nan(rng, boundary):
         assert np.isnan(volume.sample([[bad, 1, 1]])).all()
         assert np.isnan(volume.sample([[1, bad, 1]], derivative=1)).all()
         assert np.isnan(volume.sample([[1, 1, bad]], derivative=2)).all()
+
+
+@pytest.mark.parametrize("degree", range(6))
+def test_weights_of_coefficients_are_those_of_the_cell_at_and_beside_knots(rng, degree):
+    volume = isospline.Volume(rng.normal(size=(7, 8, 9)), degree=degree)
+    knot = 2.0 if degree % 2 else 2.5
+    places = np.array([knot, knot + 5e-17, knot - 5e-16, knot + 1e-15, knot + 0.3, -0.5 + 7e-17, 5e-17])
+    points = np.stack(np.meshgrid(places, [1.2, knot], [2.7, knot], indexing="ij"), -1).reshape(-1, 3)
+    indices, weights, gradients = volume.coefficient_weights(points)
+    values = volume.coefficients.ravel()[indices]
+    assert weights.sum(1) == pytest.approx(np.ones(len(points)), abs=1e-14)
+    assert gradients.sum(1) == pytest.approx(np.zeros((len(points), 3)), abs=1e-13)
+    assert (weights * values).sum(1) == pytest.approx(volume.sample(points), abs=1e-5)
+    expected = volume.sample(points, derivative=1)
+    assert (gradients * values[..., None]).sum(1) == pytest.approx(expected, abs=1e-5)
