@@ -9,10 +9,10 @@ import numpy as np
 import isospline
 
 from ..base.views import DEFAULT_VIEW
-from ..suggest.presentation import Presentation, has_directions, present_data
+from ..suggest.presentation import Presentation, has_directions
 from ..suggest.view import SuggestedView
 from .picture import ALL, kept_pieces, largest_of
-from .store import Store, least_sample
+from .store import Store, presented
 
 
 class Chosen(NamedTuple):
@@ -35,7 +35,7 @@ def choose_levels(data: Any, arguments: Any, say: Any) -> Chosen:
         if arguments.level is not None:
             return Chosen(arguments.level)
         raise ValueError(f"{arguments.file}: expected samples that differ, all of them are {data.data.flat[0]}")
-    shown = present_data(data, suggested, least_sample(data), arguments.inside)
+    shown = presented(data, suggested, arguments.inside)
     if needs_view and shown.view.reason:
         wrong = "the directions of the file seem wrong: " if data.patient else ""
         say(f"{wrong}{shown.view.reason}; --view three-quarter is the view by the directions of the file")

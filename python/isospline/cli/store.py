@@ -7,7 +7,9 @@ import functools
 import numpy as np
 
 from ..io import VolumeData
+from ..levels import some_values
 from ..store.detail import Scales, is_store
+from ..suggest.presentation import present, present_data
 from .summary import bounds_of, summarize
 
 
@@ -42,7 +44,7 @@ def check_nan(store, nan):
 
 
 class Store:
-    """A store in place of a `VolumeData`: samples of its overview, and whether they are of a patient."""
+    """A store in place of a `VolumeData`: values of its overview, and whether they are of a patient."""
 
     def __init__(self, arguments):
         self.scales = Scales(arguments.file, arguments.memory_limit)
@@ -54,11 +56,11 @@ class Store:
 
     @functools.cached_property
     def data(self):
-        return self.scales.volume(self.scales.overview).coefficients
+        return some_values(self.overview)
 
     @property
-    def spacing(self):
-        return self.scales.metadata.scales[self.scales.overview].spacing
+    def overview(self):
+        return self.scales.volume(self.scales.overview)
 
     @property
     def direction(self):
@@ -94,11 +96,11 @@ class Store:
 
         finest, overview = metadata.scales[0], metadata.scales[levels.overview]
         about = f"isospline store, degree {metadata.degree}, {len(metadata.scales)} scales"
-        if levels.overview:
-            about += f"; mean and histogram are those of level {levels.overview}"
+        if levels.overview or self.data.size < np.prod(overview.shape):
+            about += f"; mean and histogram are those of {self.data.size} values of level {levels.overview}"
         whole = placed(finest, np.broadcast_to(np.float32(0), finest.shape))
         return {
-            **summarize(placed(overview, self.data, format=about), path),
+            **summarize(placed(overview, self.data[:, None, None], format=about), path),
             "size": list(finest.shape[::-1]),
             "type": "float32",
             "bytes": whole.data.nbytes,
@@ -127,6 +129,8 @@ class Store:
         return made, cameras, levels.describe(detail) + hint
 
 
-def least_sample(data):
-    """The least sample of a file or a store; coefficients may be less."""
-    return data.scales.metadata.scales[0].minimum if isinstance(data, Store) else data.data.min()
+def presented(data, suggested, inside):
+    """The presentation of a file, or of a store, which is that of pictures of it in Python."""
+    if isinstance(data, Store):
+        return present(data.overview, inside=inside)
+    return present_data(data, suggested, data.data.min(), inside)

@@ -276,7 +276,7 @@ def read_source(path, *, progress=None, read_options=None, model_options=None, w
         report(f"opening {name}", 0.0)
         levels = Scales(path)
         overview = levels.volume(levels.overview)
-        values, counts = histogram(overview.coefficients.astype(np.float32))
+        values, counts = histogram(some_values(overview))
         patient = levels.metadata.patient
         return Source(key, overview, place, within, {}, {}, values, counts, patient, scales=levels)
 

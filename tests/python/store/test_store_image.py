@@ -7,6 +7,8 @@ import pytest
 
 import isospline
 from isospline.cli import main as cli
+from isospline.picture.files import scene_of_file
+from isospline.viewer.document import Document, read_source
 
 zarr = pytest.importorskip("zarr", minversion="3")
 ndimage = pytest.importorskip("scipy.ndimage")
@@ -87,9 +89,29 @@ def test_info_of_a_store(files, capsys):
         found.append(json.loads(capsys.readouterr().out))
     for name in ("size", "type", "spacing", "origin", "direction", "bounds", "minimum", "maximum", "bytes"):
         assert found[0][name] == found[1][name], name
-    assert found[1]["format"] == "isospline store, degree 3, 2 scales"
+    about = "isospline store, degree 3, 2 scales; mean and histogram are those of 64000 values of level 0"
+    assert found[1]["format"] == about
     assert cli.main(["info", *files[1]]) == 0
     assert "isospline store" in capsys.readouterr().out
+
+
+def test_the_suggested_level_of_a_store_is_that_of_its_samples(tmp_path, capsys):
+    z, y, x = np.mgrid[0:24, 0:24, 0:24]
+    data = np.where(np.hypot(np.hypot(x - 12, y - 12), z - 12) < 7, 200, 10).astype(np.uint8)
+    data += np.random.default_rng(0).integers(0, 40, data.shape, np.uint8)
+    np.save(tmp_path / "ball.npy", data)
+    folder = isospline.convert(data, tmp_path / "ball.zarr")
+    levels = isospline.suggest_levels(data)
+    assert abs(isospline.suggest_levels(isospline.open_volume(folder).coefficients)[0] - levels[0]) > 0.5
+    assert cli.main(["info", str(folder), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    np.testing.assert_allclose(found["suggested_levels"], levels, atol=0.1)
+    np.testing.assert_allclose([found["mean"], found["standard_deviation"]], [data.mean(), data.std()], rtol=1e-4)
+    np.testing.assert_allclose(np.array(found["histogram"]["edges"])[[0, -1]], [data.min(), data.max()], atol=0.1)
+    assert cli.main(["measure", str(folder), "--json", "--quiet"]) == 0
+    measured = json.loads(capsys.readouterr().out)["level"]
+    assert measured == scene_of_file(folder, None).object(0).level
+    assert measured == Document().add(read_source(folder)).presentation.level
 
 
 @pytest.mark.slow
