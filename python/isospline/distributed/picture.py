@@ -21,6 +21,7 @@ from ..picture.marks import Marks
 from ..picture.rendering import render as render_here
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio
+from ..store.detail import Scales
 from . import parts as scene_parts
 from . import tasks
 from .cluster import dask_distributed, submit, worker_count
@@ -129,6 +130,7 @@ class PictureInTheMaking:
         self._is_fitted = self._camera is None
         if self._camera is None:
             self._camera = self._marks.camera(size=size) if self._marks else camera_for(self._scene.here, size=size)
+        self._scene.choose_scale(self._camera, size)
         self._layers = names_of(options.get("layers", ()))
         self._options = options | {"layers": compiled(self._layers)}
 
@@ -150,7 +152,7 @@ class PictureInTheMaking:
             kind = type(options["shading"]).__name__
             raise ValueError(f"light: a {kind} cannot be combined with by='parts'; did you mean by='tiles'?")
         options = self._submit(tasks.load, pickle.dumps(options, protocol=5))
-        scene = self._scene.here
+        scene = self._scene.in_detail
         description = scene_parts.describe(scene)
         pictures: dict[Any, list[Any]] = {window: [] for window in windows}
         for part in scene_parts.split(scene_parts.largest_shape(scene), count):
@@ -165,29 +167,40 @@ class _GivenScene:
     """The given scene, or the given store; in this process and on workers."""
 
     def __init__(self, scene, level, memory_limit):
-        self._memory_limit = memory_limit
+        self._here: Any = None
+        self._store: Any = None
+        self._scale = 0
         if not isinstance(scene, (str, os.PathLike)):
-            self._here: Any = as_scene(scene, level)
-            self._store: Any = None
+            self._here = as_scene(scene, level)
             return
         check_path(scene)
         check_type(level, "level", numbers.Real, "a number for the folder of a store")
-        self._here, self._store = None, (os.path.abspath(scene), float(level), memory_limit)
-
-    @property
-    def is_store(self):
-        """Whether the folder of a store was given."""
-        return self._store is not None
+        self._store = os.path.abspath(scene), float(level), memory_limit
+        self._scales = Scales(self._store[0])
 
     @property
     def here(self):
-        """The scene, for this process."""
+        """The scene, for this process: of a store the overview."""
         if self._here is None:
-            self._here = tasks.open_scene(*self._store)
+            self._here = self._at_scale(self._scales.overview)
         return self._here
+
+    @property
+    def in_detail(self):
+        """The scene that is rendered: of a store the chosen scale."""
+        return self.here if self._store is None else self._at_scale(self._scale)
+
+    def _at_scale(self, scale):
+        path, level, memory_limit = self._store
+        return tasks.open_scene(path, level, memory_limit, scale)
+
+    def choose_scale(self, camera, size):
+        """Choose the scale of a store that a picture needs."""
+        if self._store is not None:
+            self._scale = self._scales.choose([camera], size)
 
     def on_worker(self, submit, options):
         """The scene and the other options of the picture, as one future: volumes that both use are sent once."""
         if self._store is not None:
-            return submit(tasks.open_store, self._store, pickle.dumps(options, protocol=5))
+            return submit(tasks.open_store, (*self._store, self._scale), pickle.dumps(options, protocol=5))
         return submit(tasks.load, pickle.dumps((self._here, options), protocol=5))

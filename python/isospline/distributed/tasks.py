@@ -6,9 +6,10 @@ import pickle
 from typing import Any
 
 from .. import _core
+from ..picture.files import surface_of
 from ..picture.image import Image
 from ..picture.rendering import render
-from ..scene import Isosurface, Scene
+from ..scene import Scene
 from ..store.volume import open_volume
 from . import fragments
 from .fragments import PartOfPicture
@@ -23,14 +24,14 @@ def load(pickled: bytes) -> Any:
     return pickle.loads(pickled)
 
 
-def open_scene(path: str, level: float, memory_limit: int | None) -> Scene:
-    """The scene of one isosurface of a store."""
+def open_scene(path: str, level: float, memory_limit: int | None, scale: int = 0) -> Scene:
+    """The scene of one isosurface of a scale of a store."""
     limit = memory_limit or DEFAULT_LIMIT
-    volume = open_volume(path, memory_limit=max(limit - PROCESS, limit // 4))
-    return Scene([Isosurface(volume, level)])
+    volume = open_volume(path, memory_limit=max(limit - PROCESS, limit // 4), scale=scale)
+    return Scene([surface_of(volume, level)])
 
 
-def open_store(store: tuple[str, float, int | None], pickled: bytes) -> tuple[Scene, Any]:
+def open_store(store: tuple[str, float, int | None, int], pickled: bytes) -> tuple[Scene, Any]:
     """The scene of a store, and the other options of its picture."""
     return open_scene(*store), pickle.loads(pickled)
 

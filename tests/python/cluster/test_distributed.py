@@ -75,8 +75,9 @@ OF_TILES = {
 @pytest.mark.parametrize("look", [*LOOKS, *OF_TILES])
 def test_tiles_make_the_picture_of_one_process(client, scene, camera, store, look, shuffled):
     options = dict(size=SIZE, **(LOOKS | OF_TILES)[look])
-    expected = isospline.render(scene, camera, **options)
     given = dict(scene=scene) if look == "layers" else dict(scene=store, level=0.1, memory_limit=LIMIT)
+    shown = dict(scene=scene) if look == "layers" else dict(scene=store, level=0.1)
+    expected = isospline.render(**shown, camera=camera, **options)
     got = isospline.distributed.render(**given, camera=camera, client=client, tile_size=(37, 23), **options)
     assert got == expected
 
@@ -149,10 +150,18 @@ def test_colors_by_other_things_are_those_of_one_process(client, store, rule, op
     assert len(np.unique(expected.to_srgb().reshape(-1, 4), axis=0)) > 100
 
 
-def test_the_color_of_a_store_is_that_of_one_process(client, store, scene):
-    options = dict(size=SIZE, color=isospline.ColorByThickness(label="wall"), annotate=True)
-    got = isospline.distributed.render(store, level=0.1, client=client, memory_limit=LIMIT, **options)
-    assert got == isospline.render(scene, **options)
+def test_the_color_of_a_store_is_that_of_one_process(client, store):
+    options = dict(level=0.1, size=SIZE, color=isospline.ColorByThickness(label="wall"), annotate=True)
+    got = isospline.distributed.render(store, client=client, memory_limit=LIMIT, **options)
+    assert got == isospline.render(store, **options)
+
+
+@pytest.mark.parametrize("by", ["tiles", "parts"])
+@pytest.mark.parametrize("size", [(24, 18), (160, 120)])
+def test_the_scale_and_the_closed_border_of_a_store_are_those_of_one_process(client, store, by, size):
+    options = dict(level=0.1, size=size, light="phong", layers=("primitive_ids",))
+    got = isospline.distributed.render(store, client=client, by=by, memory_limit=LIMIT, **options)
+    assert got == isospline.render(store, **options)
 
 
 @pytest.mark.slow
@@ -161,8 +170,7 @@ def test_batches_are_made_in_order(client, store, scene):
     own = [{"camera": each, "level": level} for each in cameras for level in (0.0, 0.2)]
     own.append({"camera": cameras[0], "scene": scene})  # another time step
     expected = [
-        isospline.render(tasks.open_scene(store, each["level"], LIMIT), each["camera"], size=(40, 30), light="phong")
-        for each in own[:-1]
+        isospline.render(store, each["camera"], level=each["level"], size=(40, 30), light="phong") for each in own[:-1]
     ]
     own[-1]["level"] = None
     expected.append(isospline.render(scene, cameras[0], size=(40, 30), light="phong"))
