@@ -12,12 +12,13 @@ from .. import _core
 from ..base.parameters import check_count, check_path, check_type
 from ..base.progress import tell
 from ..base.views import SIZE
-from ..picture.cameras import camera_for
+from ..picture.cameras import camera_for, check_camera
 from ..picture.defaults import background_of, marks_of, samples_of
 from ..picture.image import Image
 from ..picture.layers import compiled, names_of
 from ..picture.lights import resolve
 from ..picture.marks import Marks
+from ..picture.rendering import lit
 from ..picture.rendering import render as render_here
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio
@@ -110,20 +111,24 @@ class PictureInTheMaking:
         except TypeError as error:
             raise TypeError(f"isospline.distributed.render: {error}") from None
         changes = options.pop("color", None), options.pop("opacity", None)
-        light = options.get("light")
-        if light is None and self._by == "parts":
-            light = "phong"
+        light, environment = options.get("light"), options.pop("environment", None)
+        is_default = light is None and environment is None
+        if is_default and self._by == "parts":
+            light, is_default = "phong", False
+        size = options.get("size", SIZE)
+        self._camera = options.pop("camera", None)
+        if self._camera is not None:
+            check_camera(self._camera)
+        light = lit(self._scene.here, self._camera, size, light, environment)
         look = options["light"] = resolve(self._scene.here, light, *changes)
         options["samples"] = samples_of(options.get("samples"), look)
         options["background"] = background_of(options.get("background"), look)
-        size = options.get("size", SIZE)
         crop = options.pop("crop", None)
         self._window = checked_window(crop, size)
-        self._camera = options.pop("camera", None)
         unit, legend = options.pop("unit", None), options.pop("legend", False)
         annotate, is_crop = options.pop("annotate", None), crop is not None
         given = self._scene.here, self._camera, look, unit
-        names = marks_of(annotate, *given, is_default=light is None, is_crop=is_crop)
+        names = marks_of(annotate, *given, is_default=is_default, is_crop=is_crop)
         if (names or legend) and crop is not None:
             raise ValueError(f"{'annotate' if names else 'legend'}: cannot be combined with a crop")
         self._marks = Marks(self._scene.here, look, size, names, legend, unit) if names or legend else None

@@ -153,10 +153,7 @@ def render(
     scene = as_scene(scene, level)
     if camera is not None:
         check_camera(camera)
-    if environment is not None:
-        up = upward_for(scene, camera_for(scene, size=size) if camera is None else camera)
-        light = in_environment(light, environment, up)
-    look = resolve(scene, light, color, opacity)
+    look = resolve(scene, lit(scene, camera, size, light, environment), color, opacity)
     names = marks_of(annotate, scene, camera, look, unit, is_default=is_default, is_crop=crop is not None)
     marks = Marks(scene, look, size, names, legend, unit)
     if marks and crop is not None:
@@ -169,6 +166,14 @@ def render(
     options.update(ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding)
     image = without_marks(in_detail(scene, given, camera, size), camera, look, **options)
     return marks.draw(image, camera, is_fitted=is_fitted)
+
+
+def lit(scene: Scene, camera: Any, size: tuple[int, int], light: Light, environment: Any) -> Light:
+    """The light of a picture, with the environment if one is given."""
+    if environment is None:
+        return light
+    up = upward_for(scene, camera_for(scene, size=size) if camera is None else camera)
+    return in_environment(light, environment, up)
 
 
 def without_marks(

@@ -66,6 +66,8 @@ OF_TILES = {
     "occlusion": dict(light=isospline.AmbientOcclusion(4), layers=("ambient_occlusion",)),
     "translucent": dict(light=isospline.Phong(opacity=0.5, shadows=True), samples=2),
     "path tracer": dict(light=isospline.PathTracer(max_bounces=2), samples=2, layers=("variance", "depth")),
+    "environment": dict(environment=(0.2, 0.5, 1.0), samples=2),
+    "path tracer in an environment": dict(light=isospline.PathTracer(lights=[]), environment=0.5, samples=2),
     "studio": dict(light=isospline.Studio(), background="white", annotate="scale_bar", unit="mm"),
     "default": dict(layers=("mask",)),
 }
@@ -215,6 +217,8 @@ def test_workers_stay_under_their_limit(client, store, camera):
         (dict(crop=(0, 0, 91, 4)), ValueError, "^crop: expected columns and rows within 90 x 70 pixels"),
         (dict(crop=(0, 0, 4, 4), annotate="scale_bar"), ValueError, "^annotate: cannot be combined with a crop"),
         (dict(crop=(0, 0, 4, 4), legend=True), ValueError, "^legend: cannot be combined with a crop"),
+        (dict(light="studio", environment=1.0), ValueError, "^environment: expected light=.* got 'studio'"),
+        (dict(by="parts", environment=1.0), ValueError, "^light: a PathTracer cannot be combined with by='parts'"),
         (dict(samples=0), ValueError, "^samples: expected"),
         (dict(colour=1), TypeError, "colour"),
         (dict(scene=7), TypeError, "^scene: expected a Scene, an Isosurface, a Mesh, .* an array or a file, got"),
