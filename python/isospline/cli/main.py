@@ -317,7 +317,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         ambient_occlusion_samples=arguments.ambient_occlusion_samples,
         **look,
     )
-    samples = arguments.samples or 4
+    samples = 4 if arguments.samples is None else arguments.samples
     is_path_traced = isinstance(look["light"], isospline.PathTracer)
     progress = progress or (lambda fraction: None)
     if is_distributed:

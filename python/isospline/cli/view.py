@@ -9,6 +9,7 @@ import tempfile
 
 import isospline
 
+from ..base.parameters import check_count
 from ..store.detail import is_store
 from .picture import ALL, largest_of, marks_for
 from .store import check_nan
@@ -76,7 +77,8 @@ def session_image(arguments, progress):
         raise ValueError(f"{arguments.session}: expected a session with a camera")
     if arguments.turntable:
         raise ValueError("--turntable cannot be combined with --session")
-    samples = arguments.samples or FINAL_SAMPLES[state.light]
+    samples = FINAL_SAMPLES[state.light] if arguments.samples is None else arguments.samples
+    check_count(samples, "samples", 65536)
     stage = Stage(samples, True)
     maker = PictureMaker(document)
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)

@@ -14,6 +14,9 @@ from interrupts import obey_signals
 import isospline
 from isospline.base import progress
 from isospline.cli.main import main
+from isospline.viewer.document import Document, read_source
+from isospline.viewer.session import session_of, write_session
+from isospline.viewer.state import CameraState, ViewState
 
 TRACED = ("-l", "0", "--size", "48x32", "--light", "path-trace")
 
@@ -29,6 +32,21 @@ def arguments(ball, picture, *options):
 
 def traced(ball, samples):
     return rendered(ball, samples=samples, light=isospline.PathTracer()).to_srgb()
+
+
+@pytest.mark.parametrize("light", ["studio", "phong", "path-trace"])
+@pytest.mark.parametrize("samples", [0, -1])
+def test_a_picture_has_at_least_one_sample(ball, tmp_path, picture, capsys, light, samples):
+    expected = f"samples: expected a whole number of at least 1, got {samples}"
+    given = ["--samples", samples, "-o", picture, "--quiet"]
+    fails(capsys, 2, expected, "render", ball, "--level", "0", "--light", light, "--size", "48x32", *given)
+    document = Document()
+    source = document.add(read_source(ball))
+    camera = CameraState(eye=(0.0, -90.0, 0.0), target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0))
+    state = ViewState(camera=camera, light=light).with_new_object(source.key, 0.0)
+    write_session(tmp_path / "a.json", session_of(document, state))
+    fails(capsys, 2, expected, "render", "--session", tmp_path / "a.json", *given)
+    assert not picture.exists()
 
 
 def test_a_checkpoint_continues_with_more_samples(ball, picture, checkpoint, capsys):
