@@ -26,6 +26,7 @@ from ..io.vtk import LIBRARIES, check_end, check_messages, messages
 from .mesh import Mesh
 from .mesh_guards import check_before, check_gmsh
 from .mesh_references import check_entities, check_references, resolver_within
+from .obj_indices import absolute_indices
 
 
 @explained
@@ -116,21 +117,22 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
 def load_trimesh(path, within):
     """Read a file by trimesh."""
     import trimesh
+    from trimesh.resolvers import FilePathResolver
 
     path = Path(path)
     if path.suffix.lower() == ".3mf":
         three_mf.import_packages()
     check_before(path)
     check_entities(path, within)
-    # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
-    if within is None:
-        return _arrays_of_trimesh(path, trimesh.load_scene(str(path), process=False))
-    resolver = resolver_within(path, within)
+    file_type = path.suffix[1:].lower()
+    resolver = FilePathResolver(str(path)) if within is None else resolver_within(path, within)
     with open(path, "rb") as file:
+        source = io.BytesIO(absolute_indices(file.read())) if file_type == "obj" else file
         try:
-            scene = trimesh.load_scene(file, file_type=path.suffix[1:].lower(), resolver=resolver, process=False)
+            # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
+            scene = trimesh.load_scene(source, file_type=file_type, resolver=resolver, process=False)
         finally:
-            if resolver.refused is not None:
+            if within is not None and resolver.refused is not None:
                 raise resolver.refused
     return _arrays_of_trimesh(path, scene)
 

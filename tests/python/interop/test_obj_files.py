@@ -1,0 +1,64 @@
+"""OBJ files. The oracle is VTK's reader and positive indices."""
+
+import numpy as np
+import pytest
+
+import isospline
+
+pytest.importorskip("trimesh")
+pyvista = pytest.importorskip("pyvista")
+
+RELATIVE = """v 0 0 0
+v 1 0 0
+v 1 1 0
+f -3 -2 -1
+v 5 5 5
+v 6 5 5
+v 5 6 5
+f -3 -2 -1
+"""
+
+
+def corners_of(folder, text, **options):
+    (folder / "a.obj").write_text(text, encoding="utf-8", newline="")
+    mesh = isospline.read_mesh(folder / "a.obj", **options)
+    return mesh.vertices[mesh.faces]
+
+
+@pytest.mark.parametrize("is_confined", [False, True])
+def test_negative_indices_count_back_from_their_face(tmp_path, is_confined):
+    found = corners_of(tmp_path, RELATIVE, within=tmp_path if is_confined else None)
+    expected = pyvista.read(tmp_path / "a.obj")
+    np.testing.assert_array_equal(found, expected.points[expected.regular_faces])
+    np.testing.assert_array_equal(found[1], [(5, 5, 5), (6, 5, 5), (5, 6, 5)])
+
+
+@pytest.mark.parametrize(
+    "first, second",
+    [
+        ("f -3/-3/-1 -2/-2/-1 -1/-1/-1", "f -3/-3/-1 -2/-2/-1 -1/-1/-1"),
+        ("f -3//-1 -2//-1 -1//-1", "f 4//2 -2//-1 6//-1"),
+        ("f -3/-3 -2/-2 -1/-1", "f -3/4 -2/-2\\\n -1/-1"),
+        ("f\t-3 -2 -1\r", "f -3 \\\r\n-2 -1\r"),
+        ("f 1 2 3", "f -3 -2 -1 -4"),
+    ],
+)
+def test_negative_indices_of_any_kind_mean_the_positive_ones(tmp_path, first, second):
+    texture, normals = "vt 0 0\nvt 1 0\nvt 1 1\n", ("vn 0 0 1\n", "vn 1 0 0\n")
+    triangles = RELATIVE.split("f -3 -2 -1\n")
+    begin, end = (points + texture + normal for points, normal in zip(triangles, normals))
+    found = corners_of(tmp_path, f"{begin}{first}\n{end}{second}\n")
+    absolute = "f 4 5 6 3" if second.endswith("-4") else "f 4/4/2 5/5/2 6/6/2"
+    np.testing.assert_array_equal(found, corners_of(tmp_path, f"{begin}f 1/1/1 2/2/1 3/3/1\n{end}{absolute}\n"))
+
+
+def test_normals_of_negative_indices_are_those_before_the_face(tmp_path):
+    text = RELATIVE.replace("f -3 -2 -1", "f -3//-1 -2//-1 -1//-1").replace("v 0 0 0", "vn 0 0 1\nv 0 0 0")
+    (tmp_path / "a.obj").write_text(text.replace("v 5 5 5", "vn 1 0 0\nv 5 5 5"), encoding="utf-8")
+    mesh = isospline.read_mesh(tmp_path / "a.obj")
+    np.testing.assert_array_equal(mesh.normals[mesh.faces], [[(0, 0, 1)] * 3, [(1, 0, 0)] * 3])
+
+
+def test_negative_indices_before_the_first_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"a\.obj: .*expected an index of one of the 3 v before the face, got -4"):
+        corners_of(tmp_path, RELATIVE.replace("f -3", "f -4", 1))
