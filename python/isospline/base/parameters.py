@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import numbers
 import os
 from collections.abc import Callable
@@ -130,9 +131,11 @@ def refuse_masked(value: Any, parameter: str) -> None:
 
 
 def check_path(path: Any) -> None:
-    """Check the type of a path that a user gives."""
+    """Check the type of a path that a user gives, and that it is not empty."""
     if not isinstance(path, (str, os.PathLike)) or not isinstance(os.fspath(path), str):
         raise TypeError(sentence("path", "a str or path-like", path))
+    if not os.fspath(path):  # which pathlib takes for the current folder
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "")
     if "\0" in os.fspath(path):
         raise ValueError(f"path: expected a name without null characters, got {printable(path)!r}")
 

@@ -8,6 +8,7 @@ import os
 import re
 from pathlib import Path
 
+from ..base.parameters import check_path
 from ..io.read import FORMATS
 from ..picture.sequences import PICTURES, VIDEOS, is_numbered, numbered
 from ..store import time_steps
@@ -28,6 +29,7 @@ def render_frames(arguments, render, say):
             raise ValueError(f"--{name} cannot be combined with --frames")
     if arguments.file is None:
         raise ValueError("FILE: expected a time series or a folder of volumes, got none")
+    check_path(arguments.file)
     frames, is_series = _frames_of(Path(arguments.file))
     outputs = _outputs(arguments.output, [name for name, _ in frames])
     record = Record(record_path(arguments.output))

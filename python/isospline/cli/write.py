@@ -72,7 +72,8 @@ def _recorded(arguments, frames, images):
 def error_text(error):
     """The text of an error in one line."""
     if isinstance(error, OSError) and error.strerror:
-        text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+        name = "''" if error.filename == "" else error.filename
+        text = f"{name}: {error.strerror}" if name else error.strerror
     else:
         text = str(error)
     return " ".join(text.split())

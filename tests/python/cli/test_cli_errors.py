@@ -32,6 +32,8 @@ TRACED = ("--level", "0", "--light", "path-trace")
         ("--capped: expected --clip or --clip-box", ["mesh", "ball.npy", "-o", "a.stl", "--capped"]),
         ("--level: expected one level for a mesh, got 2", ["mesh", "ball.npy", "-o", "a.stl", "-l", "0", "-l", "1"]),
         ("nowhere: No such file or directory", ["render", "nowhere", "--frames", "-o", "pictures"]),
+        ("'': No such file or directory", ["info", ""]),
+        ("'': No such file or directory", ["render", "", "--frames", "-o", "pictures"]),
         ("a.mp4: expected the name of a folder, or of pictures", ["render", "volumes", "--frames", "-o", "a.mp4"]),
     ],
 )

@@ -507,6 +507,17 @@ def test_missing_files_and_unknown_names_are_refused(tmp_path):
         read_volume(tmp_path / "folder")
 
 
+@pytest.mark.parametrize("name", ["read_volume", "read_mesh", "open_volume", "convert"])
+def test_an_empty_path_is_not_the_current_folder(tmp_path, monkeypatch, rng, name):
+    samples = rng.integers(0, 255, (2, 20, 20)).astype("u1")
+    for number, page in enumerate(samples):
+        tifffile.imwrite(tmp_path / f"{number}.tif", page)
+    monkeypatch.chdir(tmp_path)
+    np.testing.assert_array_equal(read_volume(".").data, samples)
+    with pytest.raises(FileNotFoundError, match="No such file or directory: ''"):
+        getattr(isospline, name)("", *["a.zarr"] * (name == "convert"))
+
+
 def test_detached_samples_must_be_there(tmp_path, data):
     for name, samples in (("a.nhdr", "a.raw"), ("b.mhd", "b.raw")):
         SimpleITK.WriteImage(itk_image(data), tmp_path / name)
