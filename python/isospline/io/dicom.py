@@ -115,10 +115,10 @@ def _frames_of_series(folder, name):
 
 
 def begins_as_dicom(path):
-    """Whether a file has the preamble of DICOM files, or ends inside it."""
+    """Whether a file has the preamble of DICOM files, or ends inside it; an empty file is none."""
     with open(path, "rb") as file:
         beginning = file.read(132)
-    return beginning[128:] == b"DICM" or (len(beginning) < 132 and not beginning[:128].strip(b"\0"))
+    return beginning[128:] == b"DICM" or (0 < len(beginning) < 132 and not beginning[:128].strip(b"\0"))
 
 
 def may_have_slices(folder):

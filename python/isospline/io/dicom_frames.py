@@ -84,6 +84,8 @@ def read_dataset(file, **options):
     """The elements of a file, each of them whole."""
     import pydicom
 
+    if os.path.getsize(file) == 0:
+        raise ValueError("expected a DICOM file, got an empty file")
     content: Any
     with open(file, "rb") as opened, _Mapped(opened.fileno(), 0, access=mmap.ACCESS_READ) as content:
         dataset = pydicom.dcmread(content, force=True, **options)

@@ -378,3 +378,19 @@ def test_files_of_pydicom_are_read_as_by_gdcm(name):
     np.testing.assert_allclose(volume.spacing[:2], [float(each) for each in spacing[::-1]])
     np.testing.assert_allclose(volume.origin, expected.GetOrigin())
     np.testing.assert_allclose(volume.direction.ravel(), expected.GetDirection(), atol=1e-9)
+
+
+def test_empty_files_without_a_suffix_of_dicom_do_not_count(tmp_path, rng):
+    samples = rng.integers(0, 99, (3, 5, 4))
+    folder = write_series(tmp_path / "series", samples, [(1, 0)] * 3)
+    (folder / "LOCKFILE").touch()
+    np.testing.assert_array_equal(read_volume(folder).data, samples)
+    (folder / "3.dcm").touch()
+    with pytest.raises(ValueError, match=r"3\.dcm: expected a DICOM file, got an empty file"):
+        read_volume(folder)
+    with pytest.raises(ValueError, match=r"3\.dcm: .*expected a DICOM file, got an empty file"):
+        read_volume(folder / "3.dcm")
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "notes.txt").touch()
+    with pytest.raises(ValueError, match="expected a folder with a DICOM series or TIFF slices, got one without"):
+        read_volume(tmp_path / "notes")
