@@ -144,14 +144,23 @@ def _write_glb(mesh, path, offset):
 
     converted = _trimesh_from(mesh, offset)
     converted.vertex_attributes.clear()  # glTF has no NaN, and its names begin with an underscore
+    converted.visual = trimesh.visual.ColorVisuals()  # of which it writes 8 bits
     if mesh.colors is not None:
-        converted.visual.vertex_colors = _bytes_of(mesh._colors())  # the standard's COLOR_0 is linear
+        converted.vertex_attributes[_GLTF_COLORS] = np.clip(mesh._colors(), 0, 1).astype(np.float32)
     place = np.eye(4)
     place[:3, 3] = offset
     scene = trimesh.Scene()
     scene.add_geometry(converted, transform=place)
     with open(path, "wb") as file:
-        file.write(scene.export(file_type="glb", include_normals=True))
+        file.write(scene.export(file_type="glb", include_normals=True, tree_postprocessor=_name_colors))
+
+
+def _name_colors(tree):
+    """Give the colours the standard's name: they are linear, and dark ones need more than 8 bits."""
+    for shape in tree["meshes"]:
+        for part in shape["primitives"]:
+            if _GLTF_COLORS in part["attributes"]:
+                part["attributes"]["COLOR_0"] = part["attributes"].pop(_GLTF_COLORS)
 
 
 def _write_3mf(mesh, path, unit):
@@ -200,6 +209,9 @@ def _srgb_colors(mesh):
 def _bytes_of(colors):
     return np.rint(255 * np.clip(np.asarray(colors), 0, 1)).astype(np.uint8)
 
+
+# The standard's attributes are written in its types alone; those of applications, with a line before, in any type.
+_GLTF_COLORS = "_COLORS"
 
 _WRITERS = {
     ".stl": _write_stl,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from ..io import isolated
 from ..io.checks import check_file, utf8
 from ..io.confinement import check_within
 from ..io.vtk import LIBRARIES, check_end, check_messages, messages
+from .gltf_colors import take_colors, with_renamed_colors
 from .mesh import Mesh
 from .mesh_guards import check_before, check_gmsh
 from .mesh_references import check_entities, check_references, resolver_within
@@ -42,12 +42,12 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      formats of meshers and finite elements   meshio
     ==========================================================  =======================================  =========
 
-    Normals and colours of vertices are kept, except colours of 16 bits in glTF. One array with one number a vertex is
-    kept as `Mesh.values`, with its name: the active scalars of VTK's formats, or the first such array of others. Faces
-    keep the order of the file. Faces of more than three corners are cut into triangles. In STL, corners with equal
-    positions become one vertex; in other formats, vertices are not merged. If a file has solid cells and no faces,
-    their surface is used. Coordinates are those of the file, plus the offset that `Mesh.write` notes in the header of
-    an STL file far from the origin. A process of its own reads the file, with limits on memory and time.
+    Normals and colours of vertices are kept. One array with one number a vertex is kept as `Mesh.values`, with its
+    name: the active scalars of VTK's formats, or the first such array of others. Faces keep the order of the file.
+    Faces of more than three corners are cut into triangles. In STL, corners with equal positions become one vertex; in
+    other formats, vertices are not merged. If a file has solid cells and no faces, their surface is used. Coordinates
+    are those of the file, plus the offset that `Mesh.write` notes in the header of an STL file far from the origin. A
+    process of its own reads the file, with limits on memory and time.
 
     Parameters
     ----------
@@ -127,13 +127,15 @@ def load_trimesh(path, within):
     file_type = path.suffix[1:].lower()
     resolver = FilePathResolver(str(path)) if within is None else resolver_within(path, within)
     with open(path, "rb") as file:
-        source = io.BytesIO(absolute_indices(file.read())) if file_type == "obj" else file
+        mend = _MENDS.get(file_type)
+        source = file if mend is None else io.BytesIO(mend(file.read()))
         try:
             # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
             scene = trimesh.load_scene(source, file_type=file_type, resolver=resolver, process=False)
         finally:
             if within is not None and resolver.refused is not None:
                 raise resolver.refused
+    take_colors(scene)
     return _arrays_of_trimesh(path, scene)
 
 
@@ -147,21 +149,8 @@ def _arrays_of_trimesh(path, scene):
         arrays["vertices"], arrays["faces"] = mesh.vertices[first] + offset, places[mesh.faces]
         arrays = {name: arrays[name] for name in ("vertices", "faces")}  # STL has nothing else
     if suffix in (".glb", ".gltf") and mesh.colors is not None:
-        arrays["colors"] = linear_to_srgb(mesh.colors)  # trimesh takes the linear colours of glTF for sRGB
-        if _has_long_colors(path):
-            del arrays["colors"]
+        arrays["colors"] = linear_to_srgb(mesh.colors)  # those of glTF are linear
     return arrays
-
-
-def _has_long_colors(path):
-    """Whether a glTF file has colours of 16 bits, of which trimesh takes the last 8."""
-    content = path.read_bytes()
-    if content[:4] == b"glTF":
-        content = content[20 : 20 + int.from_bytes(content[12:16], "little")]
-    tree = json.loads(content)
-    parts = (part["attributes"] for mesh in tree["meshes"] for part in mesh["primitives"])
-    accessors = (tree["accessors"][part["COLOR_0"]] for part in parts if "COLOR_0" in part)
-    return any(accessor["componentType"] == _UNSIGNED_SHORT for accessor in accessors)
 
 
 def load_vtk(path, within):
@@ -223,8 +212,8 @@ def _arrays(mesh):
     return {name: array for name, array in arrays.items() if array is not None}
 
 
-# The component type of glTF.
-_UNSIGNED_SHORT = 5123
+# What trimesh would misread is written otherwise before it reads it.
+_MENDS = {"obj": absolute_indices, "glb": with_renamed_colors, "gltf": with_renamed_colors}
 
 #: Suffixes of files that hold meshes where others hold volumes.
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")

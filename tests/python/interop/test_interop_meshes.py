@@ -257,7 +257,7 @@ def test_normals_and_colors_survive_libraries(colored, name):
 def test_normals_and_colors_survive_files(tmp_path, colored, suffix):
     colored.write(tmp_path / f"a{suffix}")
     # The bytes of glTF are linear, with larger steps where it is dark.
-    check_attributes(isospline.read_mesh(tmp_path / f"a{suffix}"), colored, 0.03 if suffix == ".glb" else 0.005)
+    check_attributes(isospline.read_mesh(tmp_path / f"a{suffix}"), colored, 1e-6 if suffix == ".glb" else 0.005)
 
 
 def test_normals_and_colors_of_vtk_files_are_read(tmp_path, colored):
@@ -275,11 +275,25 @@ def test_colors_of_gltf_are_linear(tmp_path):
     # The oracle is trimesh, which takes the bytes of a file as they are.
     stored = next(iter(trimesh.load_scene(tmp_path / "a.glb", process=False).geometry.values())).visual.vertex_colors
     assert stored[0].tolist() == [51, 128, 255, 255]
-    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.glb")._colors()[0], stored[0, :3] / 255, atol=1e-12)
+    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.glb")._colors()[0], (0.2, 0.5, 1.0), atol=1e-6)
+
+
+def test_dark_colors_of_gltf_are_kept(tmp_path):
+    """In linear light, the darkest of 256 steps are far apart."""
+    grey = np.linspace(0, 1, 511)
+    colors = np.stack([grey, np.full(511, 0.04), np.append(grey[::2], grey[1::2]) ** 2], axis=1)
+    faces = np.arange(510)[:, None] % 509 + [0, 1, 2]
+    isospline.Mesh(np.arange(3 * 511).reshape(-1, 3) ** 2, faces, colors=colors).write(tmp_path / "a.glb")
+    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.glb").colors, colors, atol=1e-6)
+    # The oracle is the type and the numbers in the file, by the standard's formula.
+    shape = pyvista.read(tmp_path / "a.glb").combine().extract_surface(algorithm=None)
+    stored = shape.point_data["COLOR_0"][:, :3]
+    srgb = np.where(stored <= 0.0031308, 12.92 * stored, 1.055 * stored ** (1 / 2.4) - 0.055)
+    np.testing.assert_allclose(srgb, colors, atol=1e-6)
 
 
 @pytest.mark.parametrize("kind, code", [("<f4", 5126), ("u1", 5121), ("<u2", 5123)])
-def test_colors_of_gltf_of_any_type_are_right_or_left_out(tmp_path, kind, code):
+def test_colors_of_gltf_of_any_type_are_right(tmp_path, kind, code):
     colors = np.array([(0.2, 0.5, 1.0), (0, 0.7, 0.1), (1, 1, 1)])
     most = 1 if code == 5126 else np.iinfo(kind).max
     stored = np.pad((colors * most).astype(kind), ((0, 0), (0, 1)))
@@ -303,10 +317,7 @@ def test_colors_of_gltf_of_any_type_are_right_or_left_out(tmp_path, kind, code):
     }
     (tmp_path / "a.gltf").write_text(json.dumps(tree), encoding="utf-8")
     mesh = isospline.read_mesh(tmp_path / "a.gltf")
-    if code == 5123:
-        assert mesh.colors is None
-    else:
-        np.testing.assert_allclose(mesh._colors()[mesh.faces[0]], colors, atol=0.005)
+    np.testing.assert_allclose(mesh._colors()[mesh.faces[0]], colors, atol=1 / most if code != 5126 else 1e-6)
 
 
 def test_parts_of_a_scene_keep_what_all_of_them_have(colored):
