@@ -115,10 +115,10 @@ def _frames_of_series(folder, name):
 
 
 def begins_as_dicom(path):
-    """Whether a file has the preamble of DICOM files, or ends inside it; an empty file is none."""
+    """Whether a file has the preamble of DICOM files, or ends inside it."""
     with open(path, "rb") as file:
         beginning = file.read(132)
-    return beginning[128:] == b"DICM" or (0 < len(beginning) < 132 and not beginning[:128].strip(b"\0"))
+    return beginning[128:] == b"DICM" or (len(beginning) < 132 and not beginning[:128].strip(b"\0"))
 
 
 def may_have_slices(folder):
@@ -131,4 +131,6 @@ def _entries_of(folder):
 
 
 def _looks_like_a_slice(file):
+    if file.stat().st_size == 0:  # a slice that could not be written, unless its name tells otherwise, as LOCKFILE
+        return file.suffix.lower() in SUFFIXES or file.name[-1].isdigit()
     return begins_as_dicom(file) or file.suffix.lower() in SUFFIXES

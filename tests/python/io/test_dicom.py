@@ -385,6 +385,11 @@ def test_empty_files_without_a_suffix_of_dicom_do_not_count(tmp_path, rng):
     folder = write_series(tmp_path / "series", samples, [(1, 0)] * 3)
     (folder / "LOCKFILE").touch()
     np.testing.assert_array_equal(read_volume(folder).data, samples)
+    for name in ("IM0004", "1.2.3.4"):
+        (folder / name).touch()
+        with pytest.raises(ValueError, match=f"{name}: expected a DICOM file, got an empty file"):
+            read_volume(folder)
+        (folder / name).unlink()
     (folder / "3.dcm").touch()
     with pytest.raises(ValueError, match=r"3\.dcm: expected a DICOM file, got an empty file"):
         read_volume(folder)
