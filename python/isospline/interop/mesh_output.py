@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from typing import Any
 
@@ -168,11 +167,13 @@ def _write_3mf(mesh, path, unit):
 
 
 def _write_obj(mesh, path):
-    # trimesh writes a number of decimal places, for normals and colours, too.
-    size = np.abs(mesh.vertices).max()
-    digits = 15 - min(0, math.floor(math.log10(size))) if size > 0 else 15
+    # trimesh writes a number of decimal places, which lose small numbers; repr has the digits that keep each.
+    normals = mesh.to_trimesh().vertex_normals  # its own, or those of its faces
+    points = mesh.vertices if mesh.colors is None else np.hstack([mesh.vertices, _srgb_colors(mesh) / 255])
     with open(path, "w", encoding="ascii") as file:
-        file.write(mesh.to_trimesh().export(file_type="obj", include_normals=True, digits=digits))
+        for word, rows in (("v", points), ("vn", np.asarray(normals))):
+            file.writelines(f"{word} {' '.join(map(repr, row))}\n" for row in rows.tolist())
+        file.writelines(f"f {a}//{a} {b}//{b} {c}//{c}\n" for a, b, c in (mesh.faces.astype(np.int64) + 1).tolist())
 
 
 def _write_ply(mesh, path):

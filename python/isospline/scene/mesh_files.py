@@ -125,7 +125,7 @@ def load_trimesh(path, within):
     check_before(path)
     check_entities(path, within)
     file_type = path.suffix[1:].lower()
-    resolver = FilePathResolver(str(path)) if within is None else resolver_within(path, within)
+    resolver: Any = FilePathResolver(str(path)) if within is None else resolver_within(path, within)
     with open(path, "rb") as file:
         mend = _MENDS.get(file_type)
         source = file if mend is None else io.BytesIO(mend(file.read()))

@@ -62,3 +62,16 @@ def test_normals_of_negative_indices_are_those_before_the_face(tmp_path):
 def test_negative_indices_before_the_first_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"a\.obj: .*expected an index of one of the 3 v before the face, got -4"):
         corners_of(tmp_path, RELATIVE.replace("f -3", "f -4", 1))
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".ply"])
+def test_vertices_and_normals_are_read_bit_for_bit(tmp_path, rng, suffix):
+    vertices = rng.normal(size=(300, 3)) * 10.0 ** rng.integers(-300, 20, (300, 3))
+    vertices[:2] = [(1e-310, -0.0, 1 / 3), (1e22, 5e-324, -123456789.123456789)]
+    normals = rng.normal(size=(300, 3)) * [1, 1e-9, 1]
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    faces = np.arange(300).reshape(-1, 3)
+    isospline.Mesh(vertices, faces, normals=normals, colors=rng.random((300, 3))).write(tmp_path / f"a{suffix}")
+    mesh = isospline.read_mesh(tmp_path / f"a{suffix}")
+    assert mesh.vertices[mesh.faces].tobytes() == vertices[faces].tobytes()
+    assert mesh.normals[mesh.faces].tobytes() == normals[faces].tobytes()
