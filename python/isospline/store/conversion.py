@@ -178,7 +178,9 @@ class Conversion:
         shutil.rmtree(self._root / "staged", ignore_errors=True)
         attributes = layout.zarr().open_group(str(self._root), mode="r+")
         if self._image:
-            attributes.update_attributes({"ome": ome.multiscales(self._root.stem, levels, source.unit, source.patient)})
+            shown = ome.multiscales(self._root.stem, levels, source.unit, source.patient)
+            with layout.writing(self._root / "zarr.json"):
+                attributes.update_attributes({"ome": shown})
         model = {name: getattr(self._model, name) for name in ("degree", "boundary", "filter", "smoothing")}
         held = {**model, "axes": "zyx", "unit": source.unit or "", "patient": source.patient}
         held["levels"] = levels
@@ -197,7 +199,8 @@ def _stored(dtype):
 def _begin(root, options):
     """The state of the conversion in a store: from an earlier run with the same options, or a new one."""
     if not (root / "zarr.json").exists():
-        layout.zarr().open_group(str(root), mode="a")
+        with layout.writing(root / "zarr.json"):
+            layout.zarr().open_group(str(root), mode="a")
         state = {"options": options}
         _write_attributes(root, {"complete": False, "conversion": state})
         return state

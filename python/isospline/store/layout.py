@@ -57,38 +57,40 @@ def create_samples(root: Path, key: str, shape: Any, chunk: int, shard: Any, dty
 
 def _create_sharded(root, key, shape, chunk, shard, dtype, compressors):
     codecs = zarr().codecs
-    zarr().create_array(
-        str(root),
-        name=key,
-        shape=tuple(shape),
-        dtype=dtype,
-        chunks=(chunk,) * 3,
-        shards=tuple(shard),
-        serializer=codecs.BytesCodec(endian="little"),
-        compressors=[*compressors, codecs.Crc32cCodec()],
-        filters=None,
-        fill_value=0,
-        dimension_names=("z", "y", "x"),
-        overwrite=True,
-    )
+    with writing(root / key / "zarr.json"):
+        zarr().create_array(
+            str(root),
+            name=key,
+            shape=tuple(shape),
+            dtype=dtype,
+            chunks=(chunk,) * 3,
+            shards=tuple(shard),
+            serializer=codecs.BytesCodec(endian="little"),
+            compressors=[*compressors, codecs.Crc32cCodec()],
+            filters=None,
+            fill_value=0,
+            dimension_names=("z", "y", "x"),
+            overwrite=True,
+        )
 
 
 def create_ranges(root: Path, key: str, cell_shape: Any, shard: Any) -> None:
     """Create the empty array of a level's ranges. If possible, each chunk is for one shard of coefficients."""
     codecs = zarr().codecs
-    zarr().open_group(str(root), mode="r+").require_group("ranges")
-    zarr().create_array(
-        str(root),
-        name=key,
-        shape=(*(math.ceil(cells / OCTET_SIZE) for cells in cell_shape), 2, 8),
-        dtype="float32",
-        chunks=(*(min(edge // OCTET_SIZE, _MOST_OCTETS) for edge in shard), 2, 8),
-        serializer=codecs.BytesCodec(endian="little"),
-        compressors=[codecs.Crc32cCodec()],
-        filters=None,
-        fill_value=0,
-        overwrite=True,
-    )
+    with writing(root / key / "zarr.json"):
+        zarr().open_group(str(root), mode="r+").require_group("ranges")
+        zarr().create_array(
+            str(root),
+            name=key,
+            shape=(*(math.ceil(cells / OCTET_SIZE) for cells in cell_shape), 2, 8),
+            dtype="float32",
+            chunks=(*(min(edge // OCTET_SIZE, _MOST_OCTETS) for edge in shard), 2, 8),
+            serializer=codecs.BytesCodec(endian="little"),
+            compressors=[codecs.Crc32cCodec()],
+            filters=None,
+            fill_value=0,
+            overwrite=True,
+        )
 
 
 def shard_edge(size: int, chunk: int, chunks: int = SHARD_CHUNKS) -> int:

@@ -19,6 +19,7 @@ import isospline
 zarr = pytest.importorskip("zarr")
 
 from isospline.store import layout, read_metadata, read_ranges
+from isospline.store.sources.opening import open_source
 
 #: Shards of 16^3, so that a small volume has many.
 SMALL = {"chunk": 16, "shard": 16, "workers": 1}
@@ -154,6 +155,25 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
         read_metadata(tmp_path / "a.zarr")
     isospline.convert(np.zeros((40, 40, 40), np.uint8), tmp_path / "a.zarr")
     assert not list(tmp_path.rglob("*.partial"))
+
+
+def test_a_full_disk_while_samples_are_staged_names_their_file(tmp_path, rng):
+    resource, tifffile = pytest.importorskip("resource"), pytest.importorskip("tifffile")
+    (tmp_path / "slices").mkdir()
+    for number in range(3):
+        tifffile.imwrite(tmp_path / "slices" / f"{number}.tif", rng.random((30, 30)))  # less than a buffer
+    source = open_source(tmp_path / "slices", "zyx", dict(shape=None, dtype=None, offset=0, name=None))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, before[1]))
+    try:
+        with pytest.raises(OSError, match=r"the store is incomplete; run the same conversion again .*staged"):
+            source.stage(tmp_path / "staged", lambda fraction: None)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    staged = source.stage(tmp_path / "staged", lambda fraction: None)
+    np.testing.assert_array_equal(
+        staged.read([(0, 3), (0, 30), (0, 30)])[2], tifffile.imread(tmp_path / "slices" / "2.tif")
+    )
 
 
 @pytest.mark.parametrize("damage", ["flipped", "truncated", "deleted", "index"])

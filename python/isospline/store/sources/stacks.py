@@ -37,19 +37,17 @@ class StackSource(Source):
     def stage(self, path: Any, report: Callable[[float], None]) -> Source:
         size = int(np.prod(self.shape[1:])) * self.dtype.itemsize
         begun = os.path.getsize(path) // size if os.path.exists(path) else 0
-        with open(path, "r+b" if begun else "wb") as file:
+        with writing(path), open(path, "ab") as file:
             file.truncate(begun * size)
-            file.seek(begun * size)
-            for number, samples in enumerate(self.slices(begun) if begun < self.shape[0] else (), begun):
-                if samples.shape != self.shape[1:] or samples.dtype != self.dtype:
-                    raise ValueError(
-                        f"slice {number}: expected {self.shape[1:]} samples of {self.dtype}, as in the first one, got "
-                        f"{samples.shape} of {samples.dtype}"
-                    )
-                with writing(path):
-                    file.write(np.ascontiguousarray(samples).data)
-                    file.flush()
-                report((number + 1) / self.shape[0])
+        for number, samples in enumerate(self.slices(begun) if begun < self.shape[0] else (), begun):
+            if samples.shape != self.shape[1:] or samples.dtype != self.dtype:
+                raise ValueError(
+                    f"slice {number}: expected {self.shape[1:]} samples of {self.dtype}, as in the first one, got "
+                    f"{samples.shape} of {samples.dtype}"
+                )
+            with writing(path), open(path, "ab") as file:  # closed here: what is buffered is written
+                file.write(np.ascontiguousarray(samples).data)
+            report((number + 1) / self.shape[0])
         staged = RawSource(path, self.shape, self.dtype)
         staged.identity = self.identity
         return staged.move(**self.frame, unit=self.unit)
