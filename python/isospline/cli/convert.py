@@ -7,6 +7,7 @@ import time
 import isospline
 
 from .cluster import client_of
+from .types import memory
 
 
 def add_convert(commands, convert, add_reading, add_spline, numbers):
@@ -41,6 +42,7 @@ def add_convert(commands, convert, add_reading, add_spline, numbers):
     )
     group.add_argument(
         "--memory-limit",
+        type=memory,
         default="2GB",
         metavar="SIZE",
         help="most memory of the process, or of each worker of --scheduler (default 2GB)",

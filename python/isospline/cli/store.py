@@ -11,13 +11,18 @@ from ..levels import some_values
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import present, present_data
 from .summary import bounds_of, summarize
+from .types import memory
 
 
 def add_memory_limit(command):
     """The option of all commands for volumes that stay in a store; returns its group."""
     group = command.add_argument_group("store", "a folder that isospline convert has written")
     group.add_argument(
-        "--memory-limit", default="4GB", metavar="SIZE", help="most memory of chunks and bricks (default 4GB)"
+        "--memory-limit",
+        type=memory,
+        default="4GB",
+        metavar="SIZE",
+        help="most memory of chunks and bricks (default 4GB)",
     )
     return group
 

@@ -9,6 +9,7 @@ import re
 from ..base.views import VIEWS, light_from
 from ..picture.environments import SUFFIXES
 from ..picture.layers import LAYERS
+from ..store.budget import parse_memory
 
 
 def numbers(*counts, instead=""):
@@ -40,6 +41,15 @@ def count(text):
         if int(text) >= 1:
             return int(text)
     raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
+
+
+def memory(text):
+    """A number of bytes, checked, as a text."""
+    try:
+        parse_memory(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix("memory_limit: ")) from None
+    return text
 
 
 def counts(text):

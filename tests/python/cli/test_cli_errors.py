@@ -33,6 +33,11 @@ TRACED = ("--level", "0", "--light", "path-trace")
         ("--level: expected one level for a mesh, got 2", ["mesh", "ball.npy", "-o", "a.stl", "-l", "0", "-l", "1"]),
         ("nowhere: No such file or directory", ["render", "nowhere", "--frames", "-o", "pictures"]),
         ("'': No such file or directory", ["info", ""]),
+        ("--memory-limit: expected bytes, or a text such as", ["info", "ball.npy", "--memory-limit", "1XB"]),
+        (
+            "--memory-limit: expected bytes, or a text such as",
+            ["mesh", "ball.npy", "-o", "a.ply", "--memory-limit", "1XB"],
+        ),
         ("'': No such file or directory", ["render", "", "--frames", "-o", "pictures"]),
         ("a.mp4: expected the name of a folder, or of pictures", ["render", "volumes", "--frames", "-o", "a.mp4"]),
     ],
