@@ -11,9 +11,15 @@ from .checks import check_samples, size_text
 from .raw_shape import shape_of_name, suggest_raw, warn_of_scrambled_shape
 from .volume_data import VolumeData
 
+_MAGIC = np.lib.format.MAGIC_PREFIX
+
 
 def read_npy(path):
     """Map a .npy file, indexed [z, y, x]."""
+    with open(path, "rb") as file:
+        beginning = file.read(len(_MAGIC))
+    if beginning != _MAGIC:  # which NumPy would take for pickled objects
+        raise ValueError("expected the beginning of a .npy file, got another: the file is truncated or damaged")
     data = np.load(path, mmap_mode="r", allow_pickle=False)
     check_samples(data.shape, data.dtype, mapped=True)
     return VolumeData(data)

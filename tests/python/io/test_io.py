@@ -382,6 +382,15 @@ def test_vtk_arrays_are_chosen_by_name(tmp_path, data):
 # Arrays and raw files
 
 
+@pytest.mark.parametrize("size", [0, 1, 5, 7, 60])
+def test_npy_that_is_cut_off_is_refused(tmp_path, data, size):
+    np.save(tmp_path / "a.npy", data)
+    (tmp_path / "a.npy").write_bytes((tmp_path / "a.npy").read_bytes()[:size])
+    with pytest.raises(ValueError, match=r"a\.npy: cannot be read as NPY: ") as error:
+        read_volume(tmp_path / "a.npy")
+    assert "pickle" not in str(error.value) and (size > 5 or "the file is truncated or damaged" in str(error.value))
+
+
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_npy_is_mapped(tmp_path, data, order):
     np.save(tmp_path / "a.npy", np.asarray(data, order=order))
