@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.handed import handed
 from ..base.parameters import check_type
 from ..base.signatures import explained
 from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
@@ -134,3 +135,11 @@ class Scales:
         finest = "" if scale == 0 else f", those of scale 0 are {fine:g}"
         last = len(self.metadata.scales) - 1
         return f"scale {scale} (0 to {last}): voxels of {coarse:g}{finest}"
+
+
+@handed
+def overview_of(volume: Volume) -> Volume:
+    """The overview of the store of a volume."""
+    folder, array, memory_limit = volume.__getstate__()["store"]
+    scales = Scales(folder, memory_limit)
+    return volume if scales.metadata.scales[scales.overview].path == array else scales.volume(scales.overview)

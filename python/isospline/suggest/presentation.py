@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.handed import known
 from ..base.parameters import check_type
 from ..base.signatures import explained
 from ..levels import count_pieces, default_levels, histogram, index_shape, levels_of_histogram, some_values
@@ -166,7 +168,14 @@ def suggest_view(volume: Volume, *, inside: Inside = "above") -> SuggestedView:
     SuggestedView(view=(-0.45, -1.0, 0.3), up=(0.0, 0.0, 1.0), reason='')
     """
     check_type(volume, "volume", Volume, "a Volume")
-    return present(volume, inside=_checked(inside)).view
+    return _view(volume, _checked(inside))
+
+
+def _view(volume: Volume, inside: Inside) -> SuggestedView:
+    """The view of a volume; of all scales of a store that of the overview, which needs few of its chunks."""
+    if volume.paging is not None:
+        volume = known("overview_of")(volume)
+    return present(volume, inside=inside).view
 
 
 def _checked(inside: Any) -> Inside:
@@ -191,10 +200,7 @@ def suggested_view(shown: Any) -> SuggestedView | None:
         return None
     first: SuggestedView | None = None
     for surface, transform in surfaces:
-        volume, inside = surface.volume, _checked(surface.inside)
-        if volume.paging is not None and (volume._identity, inside) not in _KNOWN:  # its values would have to be read
-            return None
-        suggested = present(volume, inside=inside).view
+        suggested = _view(surface.volume, _checked(surface.inside))
         view, up = (as_tuple(transform[:3, :3] @ vector) for vector in (suggested.view, suggested.up))
         if not suggested.reason or (first and not np.allclose((view, up), (first.view, first.up))):
             return None
@@ -202,8 +208,8 @@ def suggested_view(shown: Any) -> SuggestedView | None:
     return first
 
 
-# Presentations by the identity of their volumes and the side of the solid, of which the last ones are kept.
-_KNOWN: dict[tuple[int, Inside], Presentation] = {}
+# Presentations by their volumes and the side of the solid, of which the last ones are kept.
+_KNOWN: dict[tuple[Any, Inside], Presentation] = {}
 _MOST_KNOWN = 32
 
 
@@ -214,7 +220,7 @@ def present(
     inside: Inside = "above",
 ) -> Presentation:
     """The presentation of a volume, found once; by default for levels that some of its values suggest."""
-    key = volume._identity, inside
+    key = _identity(volume), inside
     if key not in _KNOWN:
         if suggested is None or minimum is None:
             values, counts = histogram(some_values(volume))
@@ -227,6 +233,14 @@ def present(
         _KNOWN[key] = shown
         return shown
     return _KNOWN[key]
+
+
+def _identity(volume: Volume) -> Any:
+    """What tells volumes apart; that of a store which is opened again is the same until the store is written again."""
+    if volume.paging is None:
+        return volume._identity
+    folder, array, _ = volume.__getstate__()["store"]
+    return folder, array, os.stat(os.path.join(folder, "zarr.json")).st_mtime_ns
 
 
 def present_data(data: Any, suggested: list[float], minimum: float, inside: Inside = "above") -> Presentation:

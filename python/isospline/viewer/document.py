@@ -120,8 +120,7 @@ class Source:
         suggested = levels_of_histogram(self.values, self.counts)
         if not suggested:
             return Presentation(self.range[0])
-        minimum = self.range[0] if self.scales is None else self.scales.metadata.scales[0].minimum
-        return present(self.item, suggested, minimum)
+        return present(self.item, suggested, self.range[0])
 
     def default_levels(self):
         """The level of the first isosurface, and the level of the body to which it is confined, or None.

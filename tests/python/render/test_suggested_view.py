@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import isospline
+from isospline.cli.main import main
 from isospline.io import VolumeData
+from isospline.store import detail
 from isospline.suggest import presentation
 from isospline.suggest.presentation import suggested_surface
 from isospline.suggest.view import SuggestedView
@@ -267,6 +269,36 @@ def test_the_ground_is_below_the_suggested_top(bodies):
     np.testing.assert_array_equal(picture, stated)
 
 
+@pytest.mark.parametrize("overview", [0, 1])
+def test_all_scales_of_a_store_have_the_view_of_its_samples(bodies, tmp_path, monkeypatch, overview):
+    """Whatever was asked for before, and without reading a finer scale than the overview."""
+    pytest.importorskip("zarr")
+    monkeypatch.setattr(detail, "_OVERVIEW", 128 >> overview)
+    head = np.kron(bodies["head"][::-1], np.ones((2, 2, 2), np.float32))
+    folder = isospline.convert(head, tmp_path / "head.zarr", chunk=16)
+    in_memory = isospline.Volume(head)
+    expected = isospline.camera_for(isospline.Isosurface(in_memory, 0.2)).world_to_camera[:3, :3]
+    for scale in (0, 1, 0):
+        volume = isospline.open_volume(folder, scale=scale)
+        before = volume.paging["bytes_read"]
+        assert isospline.suggest_view(volume) == isospline.suggest_view(in_memory) != USUAL
+        assert scale >= overview or volume.paging["bytes_read"] == before
+        camera = isospline.camera_for(isospline.Isosurface(volume, 0.2))
+        np.testing.assert_allclose(camera.world_to_camera[:3, :3], expected)
+
+
+def test_a_store_at_a_level_is_the_picture_of_the_command(bodies, tmp_path):
+    pytest.importorskip("zarr")
+    image = pytest.importorskip("PIL.Image")
+    folder, path = tmp_path / "head.zarr", tmp_path / "head.png"
+    isospline.convert(bodies["head"][::-1], folder)
+    first = isospline.render(folder, level=0.2, size=(64, 48))
+    assert main(["render", str(folder), "--level", "0.2", "--size", "64x48", "-o", str(path), "--quiet"]) == 0
+    np.testing.assert_array_equal(np.asarray(image.open(path))[..., :3], first.to_srgb()[..., :3])
+    isospline.render(folder, size=(64, 48))
+    assert isospline.render(folder, level=0.2, size=(64, 48)) == first
+
+
 VOLUMES = os.environ.get("ISOSPLINE_VOLUMES")
 
 
@@ -293,3 +325,12 @@ def test_real_volumes_stand_up(name, front, up):
     found = presentation.present_data(data, isospline.suggest_levels(data.data), float(data.data.min()))
     assert (found.view.view[1], found.view.up) == (front, (0, 0, up))
     assert presentation.present(data.to_volume()).view == found.view
+
+
+@pytest.mark.skipif(not VOLUMES, reason="ISOSPLINE_VOLUMES is not set")
+def test_the_store_of_a_real_head_stands_up(tmp_path):
+    pytest.importorskip("zarr")
+    path = Path(VOLUMES) / "headsq.mha"
+    folder = isospline.convert(path, tmp_path / "head.zarr")
+    of_file, of_store = (isospline.render(each, level=500, size=(320, 240)).to_srgb() for each in (path, folder))
+    np.testing.assert_allclose(of_store.astype(int), of_file, atol=2)
