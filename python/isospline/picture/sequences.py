@@ -36,10 +36,10 @@ def numbered(path: str, number: int) -> str:
 
 def check_sequence(path: Any, count: int, size: tuple[int, int] | None, fps: float) -> None:
     """Check, before the work begins, that a number of pictures of a (width, height) can be written to a path."""
+    if isinstance(path, str) and not path:
+        raise ValueError("path: expected the name of a video or of a folder, got an empty one")
     check_path(path)
     name = os.fspath(path)
-    if not name:
-        raise ValueError("path: expected the name of a video or of a folder, got an empty one")
     if is_video(name):
         video.check(name, size, fps)
         check_folder(name)
