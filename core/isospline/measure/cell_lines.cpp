@@ -134,8 +134,10 @@ struct CellLines::MethodOfDegree final : Method {
                 const Lines lines{cell, sign, axis, axis == steepest, in_lanes, unit, oriented(b, axis)};
                 const Shifts& shifts = known_shifts.at(axis, x, y);
                 const Means means = mean_over(lines, shifts.first);
+                LineSums::Column& column = to.columns[LineSums::column(axis, x, y)];
+                add_to(shifts.is_pair ? column.halves_of_pairs : column.halves_of_others, means.half);
                 if (shifts.is_pair)
-                    add_pair(means, mean_over(lines, shifts.second), to.deviation[LineSums::column(axis, x, y)], to);
+                    add_pair(means, mean_over(lines, shifts.second), column.deviation, to);
                 else
                     add(means, 1.0, to);
             }
@@ -181,16 +183,25 @@ struct CellLines::MethodOfDegree final : Method {
         std::array<Line, count> values{}, slopes{};
     };
 
-    /// Means over lines, by quantity.
-    struct Means {
-        std::array<double, quantity_count> value{}, magnitude{};
+    using ByQuantity = std::array<double, quantity_count>;
 
-        void add(Quantity quantity, double number)
+    /// Means over lines, by quantity; `half` is the part of the first half of them less that of the second one.
+    struct Means {
+        ByQuantity value{}, magnitude{}, half{};
+
+        void add(Quantity quantity, double number, std::size_t of_half)
         {
             value[index_of(quantity)] += number;
             magnitude[index_of(quantity)] += std::abs(number);
+            half[index_of(quantity)] += of_half == 0 ? number : -number;
         }
     };
+
+    static void add_to(ByQuantity& sums, const ByQuantity& numbers)
+    {
+        for (std::size_t i = 0; i < quantity_count; ++i)
+            sums[i] += numbers[i];
+    }
 
     static void add(const Means& means, double weight, LineSums& to)
     {
@@ -200,8 +211,7 @@ struct CellLines::MethodOfDegree final : Method {
         }
     }
 
-    static void add_pair(const Means& first, const Means& second, std::array<double, quantity_count>& deviation,
-                         LineSums& to)
+    static void add_pair(const Means& first, const Means& second, ByQuantity& deviation, LineSums& to)
     {
         add(first, 0.5, to);
         add(second, 0.5, to);
@@ -232,7 +242,8 @@ struct CellLines::MethodOfDegree final : Method {
                     most = each > most ? each : most;
                 }
             if (least >= 0.0 && lines.add_volume)
-                means.add(Quantity::volume, determinant * row_weight);
+                for (const std::size_t half : {0, 1})
+                    means.add(Quantity::volume, 0.5 * determinant * row_weight, half);
             if (least >= 0.0 || most < 0.0)
                 continue;
             if (options.surface)
@@ -242,7 +253,9 @@ struct CellLines::MethodOfDegree final : Method {
                             plane.slopes[j][k] += x.slopes[of_x] * lines.c[of_x][j][k];
             const double shift = lattice.shift_of_row(i);
             for (int j = 0; j < LineLattice::group; ++j)
-                add_line(lines, plane, {x, node_at(LineLattice::line(j, shift)), row_weight / LineLattice::group},
+                add_line(lines, plane,
+                         {x, node_at(LineLattice::line(j, shift)), row_weight / LineLattice::group,
+                          LineSumsOverFace::half_of(static_cast<std::size_t>(j))},
                          means);
         }
         return means;
@@ -255,10 +268,13 @@ struct CellLines::MethodOfDegree final : Method {
             for (std::size_t j = 0; j < count; ++j)
                 for (std::size_t k = 0; k < count; ++k)
                     face.c[i][j][k] = static_cast<float>(lines.unit * lines.c[i][j][k]);
-        const LineMeansOverFace found = mean_over_lines(face, lattice);
+        const LineSumsOverFace found = sum_over_lines(face, lattice);
+        const double weight = determinant / (static_cast<double>(lattice.rows) * LineLattice::group);
         Means means;
-        means.add(Quantity::volume, determinant * found.volume);
-        means.add(Quantity::area, determinant * unit_of_metrics * found.area);
+        for (const std::size_t half : {0, 1}) {
+            means.add(Quantity::volume, weight * found.volumes[half], half);
+            means.add(Quantity::area, weight * unit_of_metrics * found.areas[half], half);
+        }
         return means;
     }
 
@@ -267,6 +283,7 @@ struct CellLines::MethodOfDegree final : Method {
         const Node& x;
         const Node& y;
         double weight;
+        std::size_t half;
     };
 
     void add_line(const Lines& lines, const Plane& plane, const LinePlace& place, Means& to) const
@@ -277,7 +294,7 @@ struct CellLines::MethodOfDegree final : Method {
                 b[k] += place.y.values[j] * plane.values[j][k];
         if (!has_both_signs(b, count)) {
             if (lines.add_volume && b[0] >= 0.0)
-                to.add(Quantity::volume, determinant * place.weight);
+                to.add(Quantity::volume, determinant * place.weight, place.half);
             return;
         }
         LinePolynomial line{Degree, {}};
@@ -296,12 +313,12 @@ struct CellLines::MethodOfDegree final : Method {
         if (is_inside)
             length += 1.0 - begin;
         if (lines.add_volume)
-            to.add(Quantity::volume, determinant * length * place.weight);
+            to.add(Quantity::volume, determinant * length * place.weight, place.half);
     }
 
     void add_crossing(double s, const Lines& lines, const Plane& plane, const LinePlace& place, Means& to) const
     {
-        const auto& [x, y, weight] = place;
+        const auto& [x, y, weight, half] = place;
         const auto values = bernstein_values<Degree>(s);
         const Line slopes = bernstein_slopes<Degree>(s);
         glm::dvec3 gradient(0.0);
@@ -322,14 +339,14 @@ struct CellLines::MethodOfDegree final : Method {
                             glm::dot(gradient, gradient);
         if (!std::isfinite(area))
             return;
-        to.add(Quantity::area, area);
+        to.add(Quantity::area, area, half);
         if (!options.curvature)
             return;
         const Jet jet = jet_in_cell<Degree>(lines.cell, point_of_face(lines.axis, {x.position, y.position}, s));
         const Curvature curvature = curvature_of_level_surface(jet.gradient * to_lattice,
                                                                glm::transpose(to_lattice) * jet.hessian * to_lattice);
-        to.add(Quantity::mean_curvature, -lines.sign * area * curvature.mean);
-        to.add(Quantity::gaussian_curvature, area * curvature.gaussian);
+        to.add(Quantity::mean_curvature, -lines.sign * area * curvature.mean, half);
+        to.add(Quantity::gaussian_curvature, area * curvature.gaussian, half);
     }
 
     QuadratureOptions options;

@@ -17,7 +17,10 @@ struct LineSums {
     static constexpr std::size_t column_count = 12; ///< of 4 x 4 x 8 cells: four along each axis
 
     std::array<double, quantity_count> value{}, magnitude{}; ///< magnitude: of the absolute value
-    std::array<std::array<double, quantity_count>, column_count> deviation{};
+    struct Column {
+        std::array<double, quantity_count> deviation{}, halves_of_pairs{}, halves_of_others{};
+    };
+    std::array<Column, column_count> columns;
     std::size_t cells = 0; ///< that the surface may cross
 
     /// The column of a cell along an axis, at this place of the plane across it.
@@ -50,6 +53,8 @@ struct LineSums {
 ///
 /// One of 2 x 2 columns of cells, chosen at random, has two lattices. The difference of the sums by both, times a
 /// factor, is the deviation. The square of its sum over a set of columns is an estimate of the variance of the error.
+/// Where few columns have most of the error, those with two lattices may have none of it. So the halves of each lattice
+/// are compared, too: their differences are larger than the error, and tell whether the other columns are like those.
 class CellLines {
 public:
     /// Whether lines are cut in SIMD lanes.

@@ -22,8 +22,9 @@ namespace {
 
 /// The largest numbers of halvings and of parts of a cell; the rest counts as error.
 constexpr int deepest_box = 21, most_boxes = 2048;
-/// Up to this number of halvings, steep graphs are halved: the rules then converge faster.
-constexpr int deepest_steep_box = 3;
+/// Up to this number of halvings, steep graphs are halved: near a place where the surface is parallel to the height, no
+/// rule converges, nor do the differences of rules tell so.
+constexpr int deepest_steep_box = 15;
 constexpr double steep = 0.1;
 
 /// By quantity.
@@ -169,7 +170,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         if (part.cap >= 0 || !part.has_surface)
             return steepest_axis(part.planes[static_cast<std::size_t>(std::max(part.cap, 0))]);
         const GraphAxis found = graph_axis<Degree>(part.b);
-        return found.slope < steep && part.depth < deepest_steep_box ? -1 : found.axis;
+        return found.slope < steep && part.depth < deepest_steep_box && box_count < most_boxes ? -1 : found.axis;
     }
 
     /// Adds a part so small that it hardly matters: its content is between nothing and the whole part.
@@ -177,15 +178,21 @@ struct CellQuadrature::MethodOfDegree final : Method {
     {
         const double half = 0.5 * determinant * part.volume();
         result.value[index_of(Quantity::volume)] += half;
-        result.error[index_of(Quantity::volume)] += half;
+        add_unresolved(Quantity::volume, half);
         // Lines along an axis meet the surface at most n times each (Crofton).
         double area = 0.0;
         for (int axis = 0; axis < 3; ++axis)
             area += Degree * determinant * glm::length(glm::dvec3(axis == 0, axis == 1, axis == 2) * to_lattice) *
                     part.volume() / part.size[axis];
-        result.error[index_of(Quantity::area)] += area;
-        result.error[index_of(Quantity::mean_curvature)] += std::sqrt(4.0 * std::numbers::pi * area);
-        result.error[index_of(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
+        add_unresolved(Quantity::area, area);
+        add_unresolved(Quantity::mean_curvature, std::sqrt(4.0 * std::numbers::pi * area));
+        add_unresolved(Quantity::gaussian_curvature, 4.0 * std::numbers::pi);
+    }
+
+    void add_unresolved(Quantity quantity, double error)
+    {
+        result.error[index_of(quantity)] += error;
+        result.unresolved[index_of(quantity)] += error;
     }
 
     /// Adds the integrals over a part in which the surface, or the cap, and the planes are graphs along an axis.
@@ -249,7 +256,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
             add(node, found);
             for (std::size_t i = 0; i < quantity_count; ++i) {
                 piece[0][i] += found[i];
-                result.error[i] += std::abs(found[i]);
+                add_unresolved(static_cast<Quantity>(i), std::abs(found[i]));
             }
         };
         // The errors of pieces may have different signs, so their magnitudes are added.

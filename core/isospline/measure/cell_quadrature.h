@@ -35,12 +35,14 @@ struct Measurement {
 /// Integrals, by quantity, and estimates of their errors.
 struct Integrals {
     std::array<double, quantity_count> value{}, error{};
+    std::array<double, quantity_count> unresolved{}; ///< the part of the error that a higher order leaves
 
     void add(const Integrals& other)
     {
         for (std::size_t i = 0; i < quantity_count; ++i) {
             value[i] += other.value[i];
             error[i] += other.error[i];
+            unresolved[i] += other.unresolved[i];
         }
     }
 };

@@ -62,6 +62,9 @@ constexpr std::size_t sample_step = 16, fewest_sampled = 512;
 constexpr double deviation_in_noise = 0.0135, rate_in_noise = 1.7;
 /// The errors of lines fall with about this power of their number.
 constexpr double rate_of_lines = 1.2;
+/// Three of four columns have one lattice. If the squares of the differences of their halves sum to more than this
+/// number times those of the others, the columns are not alike.
+constexpr double most_of_others = 12.0;
 /// The relative error of sums over lines in single precision, whose rounding errors may be alike in all cells.
 constexpr double rounding_of_lines = 2.5e-7;
 /// The errors of lines are estimated by statistics of many cells. If there are fewer, they are not used.
@@ -80,8 +83,8 @@ void check(const Solid& solid, const IntegralOptions& options)
 
 /// Sums over the pieces of one component, of one quantity.
 struct Sums {
-    double value = 0.0, error = 0.0, magnitude = 0.0; ///< error: of quadrature
-    double deviation = 0.0;                           ///< of lines, the standard one
+    double value = 0.0, error = 0.0, unresolved = 0.0, magnitude = 0.0; ///< error: of quadrature
+    double deviation = 0.0;                                             ///< of lines, the standard one
     double columns = 0.0; ///< of lines: how many would have the same variance, if it were the same in all of them
     std::size_t line_cells = 0;
 
@@ -90,6 +93,7 @@ struct Sums {
         value += piece.integrals.value[quantity];
         magnitude += piece.magnitude[quantity];
         error += piece.integrals.error[quantity];
+        unresolved += piece.integrals.unresolved[quantity];
         line_cells += piece.line_cells;
     }
 
@@ -180,24 +184,41 @@ private:
     Sums sums_of(const std::vector<std::size_t>& pieces, std::size_t quantity) const
     {
         Sums all;
-        std::map<std::array<int, 3>, double> deviations; // by place_of_column
+        std::map<std::array<int, 3>, std::array<double, 3>> columns; // by place_of_column: deviation, halves
         for (const std::size_t i : pieces) {
             all.add(sums_[i], quantity);
-            for (std::size_t column = 0; column < LineSums::column_count; ++column)
-                if (const float part = sums_[i].deviation[column][quantity]; part != 0.0f)
-                    deviations[place_of_column(column, pieces_[i].brick)] +=
-                        static_cast<double>(part) * sums_[i].magnitude[quantity];
+            for (std::size_t column = 0; column < LineSums::column_count; ++column) {
+                const PieceSums::Column& part = sums_[i].columns[column];
+                const float numbers[3] = {part.deviation[quantity], part.halves_of_pairs[quantity],
+                                          part.halves_of_others[quantity]};
+                if (numbers[0] == 0.0f && numbers[1] == 0.0f && numbers[2] == 0.0f)
+                    continue;
+                std::array<double, 3>& sums = columns[place_of_column(column, pieces_[i].brick)];
+                for (std::size_t k = 0; k < sums.size(); ++k)
+                    sums[k] += static_cast<double>(numbers[k]) * sums_[i].magnitude[quantity];
+            }
         }
-        double largest = 0.0, squares = 0.0, fourth_powers = 0.0;
-        for (const auto& [column, deviation] : deviations)
-            largest = std::max(largest, std::abs(deviation));
-        for (const auto& [column, deviation] : deviations) {
-            const double square = largest > 0.0 ? std::pow(deviation / largest, 2) : 0.0;
-            squares += square;
-            fourth_powers += square * square;
-        }
-        all.deviation = largest * std::sqrt(squares);
-        all.columns = squares * squares / fourth_powers;
+        double largest = 0.0;
+        for (const auto& [place, numbers] : columns)
+            for (const double number : numbers)
+                largest = std::max(largest, std::abs(number));
+        if (largest == 0.0)
+            return all;
+        std::array<double, 3> squares{}, fourth_powers{};
+        for (const auto& [place, numbers] : columns)
+            for (std::size_t k = 0; k < numbers.size(); ++k) {
+                const double square = std::pow(numbers[k] / largest, 2);
+                squares[k] += square;
+                fourth_powers[k] += square * square;
+            }
+        // One of four columns has two lattices. Where the halves of the others differ much more, that one is not like
+        // them, and the halves are what is known.
+        const auto [by_pairs, of_pairs, of_others] = squares;
+        const bool is_alike = of_others <= most_of_others * of_pairs;
+        const double square = is_alike ? by_pairs : of_pairs + of_others;
+        all.deviation = largest * std::sqrt(square);
+        all.columns =
+            is_alike ? by_pairs * by_pairs / fourth_powers[0] : square * square / (fourth_powers[1] + fourth_powers[2]);
         return all;
     }
 
@@ -286,13 +307,17 @@ private:
                 choose(piece, next);
             return;
         }
-        // Those with the largest errors, so that half of the limit is left for them.
-        std::stable_sort(pieces.begin(), pieces.end(), [&](std::size_t a, std::size_t b) {
-            return sums_[a].integrals.error[quantity] < sums_[b].integrals.error[quantity];
-        });
+        // Those with the largest errors, so that half of the limit is left for them. What is unresolved stays; if it is
+        // more than the rest of the limit, the others need not be smaller.
+        const auto resolved_error = [&](std::size_t piece) {
+            return sums_[piece].integrals.error[quantity] - sums_[piece].integrals.unresolved[quantity];
+        };
+        limit = std::max(limit - all.unresolved, all.unresolved);
+        std::stable_sort(pieces.begin(), pieces.end(),
+                         [&](std::size_t a, std::size_t b) { return resolved_error(a) < resolved_error(b); });
         double kept = 0.0;
         for (const std::size_t piece : pieces) {
-            kept += sums_[piece].integrals.error[quantity];
+            kept += resolved_error(piece);
             if (kept > 0.5 * limit)
                 choose(piece, std::min(rule_of_[piece] + std::size_t{1}, all_rules.size() - 1));
         }

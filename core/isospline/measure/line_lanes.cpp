@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "isospline/measure/line_lanes.cpp"
@@ -20,13 +19,14 @@ struct LineLaneSums {
     // Adds the sums of some rows to those in double precision.
     void flush()
     {
-        volume = std::accumulate(volumes, volumes + LineLattice::group, volume);
-        area = std::accumulate(areas, areas + LineLattice::group, area);
-        std::fill_n(volumes, LineLattice::group, 0.0f);
-        std::fill_n(areas, LineLattice::group, 0.0f);
+        for (std::size_t i = 0; i < LineLattice::group; ++i) {
+            found.volumes[LineSumsOverFace::half_of(i)] += static_cast<double>(volumes[i]);
+            found.areas[LineSumsOverFace::half_of(i)] += static_cast<double>(areas[i]);
+            volumes[i] = areas[i] = 0.0f;
+        }
     }
 
-    double volume = 0.0, area = 0.0;
+    LineSumsOverFace found;
     alignas(64) float volumes[LineLattice::group] = {};
     alignas(64) float areas[LineLattice::group] = {};
 };
@@ -253,8 +253,9 @@ void add_lines_of_degree(const LinesOverFace& face, const LineLattice& lattice, 
         set_planes(face, lattice, first, planes);
         const std::size_t count = std::min(rows - first, std::size_t{LineLattice::group});
         for (std::size_t x = 0; x < count; ++x) {
-            if (planes.least[x] >= 0.0f)
-                sums.volume += face.volume ? LineLattice::group : 0.0;
+            if (planes.least[x] >= 0.0f && face.volume)
+                for (double& volume : sums.found.volumes)
+                    volume += 0.5 * LineLattice::group;
             if (planes.least[x] >= 0.0f || planes.most[x] < 0.0f)
                 continue;
             const double shift = lattice.shift_of_row(static_cast<int>(first + x));
@@ -282,12 +283,11 @@ namespace isospline {
 
 HWY_EXPORT(add_lines_in_lanes);
 
-LineMeansOverFace mean_over_lines(const LinesOverFace& face, const LineLattice& lattice)
+LineSumsOverFace sum_over_lines(const LinesOverFace& face, const LineLattice& lattice)
 {
     LineLaneSums sums;
     HWY_DYNAMIC_DISPATCH(add_lines_in_lanes)(face, lattice, sums);
-    const double lines = static_cast<double>(lattice.rows) * LineLattice::group;
-    return {sums.volume / lines, sums.area / lines};
+    return sums.found;
 }
 
 } // namespace isospline

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 namespace isospline {
@@ -43,13 +44,16 @@ struct LinesOverFace {
     bool volume, area;
 };
 
-/// Means over lines.
-struct LineMeansOverFace {
-    double volume = 0.0, area = 0.0;
+/// Sums over lines, apart for two halves of each row.
+struct LineSumsOverFace {
+    /// The half of a line. A half is its own mirror image, so that symmetric surfaces have halves that differ.
+    static constexpr std::size_t half_of(std::size_t i) { return (i + 1) / 2 % 2; }
+
+    std::array<double, 2> volumes{}, areas{};
 };
 
 /// The lengths of lines in the solid, where f >= 0, in lattice units, and the areas that their crossings stand for:
-/// |g|_M |g_axis| / |g|^2, g being the gradient. In single precision; the means do not depend on the SIMD target.
-LineMeansOverFace mean_over_lines(const LinesOverFace& face, const LineLattice& lattice);
+/// |g|_M |g_axis| / |g|^2, g being the gradient. In single precision; the sums do not depend on the SIMD target.
+LineSumsOverFace sum_over_lines(const LinesOverFace& face, const LineLattice& lattice);
 
 } // namespace isospline

@@ -41,8 +41,13 @@ PieceSums PieceIntegrals::operator()(const Piece& piece)
     for (std::size_t i = 0; i < quantity_count; ++i) {
         sums.magnitude[i] = std::abs(sums.integrals.value[i]) + line_sums_.magnitude[i];
         sums.integrals.value[i] += line_sums_.value[i];
-        for (std::size_t column = 0; column < sums.deviation.size() && sums.magnitude[i] > 0.0; ++column)
-            sums.deviation[column][i] = static_cast<float>(line_sums_.deviation[column][i] / sums.magnitude[i]);
+        const auto part = [&](double number) { return static_cast<float>(number / sums.magnitude[i]); };
+        for (std::size_t column = 0; column < sums.columns.size() && sums.magnitude[i] > 0.0; ++column) {
+            const LineSums::Column& of_lines = line_sums_.columns[column];
+            sums.columns[column].deviation[i] = part(of_lines.deviation[i]);
+            sums.columns[column].halves_of_pairs[i] = part(of_lines.halves_of_pairs[i]);
+            sums.columns[column].halves_of_others[i] = part(of_lines.halves_of_others[i]);
+        }
     }
     return sums;
 }

@@ -26,7 +26,10 @@ struct PieceSums {
     Integrals integrals;                            ///< with the errors of quadrature
     std::array<double, quantity_count> magnitude{}; ///< of the absolute value
     /// See LineSums; in parts of the magnitude, so that single precision is enough for any unit.
-    std::array<std::array<float, quantity_count>, LineSums::column_count> deviation{};
+    struct Column {
+        std::array<float, quantity_count> deviation{}, halves_of_pairs{}, halves_of_others{};
+    };
+    std::array<Column, LineSums::column_count> columns;
     std::size_t line_cells = 0; ///< cells that the surface may cross, by lines
 };
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import numbers
 from dataclasses import dataclass, replace
@@ -14,7 +13,6 @@ from .signatures import explained_methods
 
 
 @explained_methods
-@functools.total_ordering
 @dataclass(frozen=True)
 class Measurement:
     """A measured number with an estimate of its error.
@@ -55,6 +53,8 @@ class Measurement:
         for name in ("value", "error"):
             check_type(getattr(self, name), name, numbers.Real, "a number")
             object.__setattr__(self, name, float(getattr(self, name)))
+        if self.error < 0:
+            raise ValueError(f"error: expected a number, at least 0, got {self.error:g}")
 
     def replace(self, **changes: Any) -> Measurement:
         """The same measurement with another value or error."""
@@ -81,9 +81,22 @@ class Measurement:
     def __repr__(self) -> str:
         return f"Measurement(value={self.value:.12g}, error={self.error:.3g})"
 
+    # Not derived from each other: equality is that of errors, too, and no comparison holds for NaN.
     def __lt__(self, other: Any) -> bool:
         second = _operand(other)
         return NotImplemented if second is None else self.value < second.value
+
+    def __le__(self, other: Any) -> bool:
+        second = _operand(other)
+        return NotImplemented if second is None else self.value <= second.value
+
+    def __gt__(self, other: Any) -> bool:
+        second = _operand(other)
+        return NotImplemented if second is None else self.value > second.value
+
+    def __ge__(self, other: Any) -> bool:
+        second = _operand(other)
+        return NotImplemented if second is None else self.value >= second.value
 
     def __neg__(self) -> Measurement:
         return Measurement(-self.value, self.error)
@@ -135,7 +148,12 @@ class Measurement:
         power = float(exponent)
         if power == 0:
             return Measurement(1.0, 0.0)
-        return Measurement(self.value**power, abs(power * self.value ** (power - 1)) * self.error)
+        if self.value < 0 and not power.is_integer():
+            raise ValueError(
+                f"value: expected at least 0 for a power that is not whole, got {self.value:g} ** {power:g}"
+            )
+        slope = math.inf if self.value == 0 and power < 1 else abs(power * self.value ** (power - 1))
+        return Measurement(self.value**power, slope * self.error if self.error else 0.0)
 
 
 def _operand(value: Any) -> Measurement | None:

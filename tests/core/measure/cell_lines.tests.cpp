@@ -107,8 +107,8 @@ TEST_CASE("lines have no error that all cells have in common, and deviations are
             const double error = found.value[at] - 64.0 * expected;
             sum_of_errors += error;
             squares += error * error;
-            for (const auto& deviation : found.deviation)
-                variances += deviation[at] * deviation[at];
+            for (const LineSums::Column& column : found.columns)
+                variances += column.deviation[at] * column.deviation[at];
         }
         CAPTURE(degree, at, height, expected, sum_of_errors, squares, variances);
         REQUIRE(expected > 0.0);
@@ -158,9 +158,11 @@ TEST_CASE("lines in SIMD lanes have the integrals of single lines", "[measure]")
     REQUIRE(volume.value[1] == 0.0);
     REQUIRE(found.magnitude[1] == Approx(expected.magnitude[1]).epsilon(1e-6));
     for (std::size_t column = 0; column < LineSums::column_count; ++column) {
-        REQUIRE(found.deviation[column][0] == Approx(expected.deviation[column][0]).margin(1e-6 * expected.value[0]));
-        REQUIRE(found.deviation[column][1] == Approx(expected.deviation[column][1]).margin(1e-6 * expected.value[1]));
-        REQUIRE(expected.deviation[column][1] != 0.0);
+        REQUIRE(found.columns[column].deviation[0] ==
+                Approx(expected.columns[column].deviation[0]).margin(1e-6 * expected.value[0]));
+        REQUIRE(found.columns[column].deviation[1] ==
+                Approx(expected.columns[column].deviation[1]).margin(1e-6 * expected.value[1]));
+        REQUIRE(expected.columns[column].deviation[1] != 0.0);
     }
 }
 

@@ -207,6 +207,28 @@ def test_results_and_measurements_differ_in_a_number():
     assert volumes.torus() == volumes.torus(0.6, minor=0.25) != volumes.torus(0.5) and volumes.torus() != FIELD.value
 
 
+@pytest.mark.parametrize("second", [2.0, np.float64(2.0), 2, isospline.Measurement(2.0, 0.25)])
+def test_measurements_are_ordered_by_their_numbers(second):
+    for value in (1.0, 2.0, 3.0, float("nan")):
+        first = isospline.Measurement(value, 0.5)
+        number = float(second)
+        assert (first < second, first <= second) == (value < number, value <= number)
+        assert (first > second, first >= second) == (value > number, value >= number)
+        assert (second < first, second <= first) == (number < value, number <= value)
+
+
+def test_powers_and_errors_of_measurements():
+    nothing = isospline.Measurement(0.0, 0.5)
+    assert nothing**2 == isospline.Measurement(0.0, 0.0) and nothing**1 == nothing
+    assert nothing**0.5 == isospline.Measurement(0.0, float("inf"))
+    assert isospline.Measurement(0.0) ** 0.5 == isospline.Measurement(0.0)
+    assert isospline.Measurement(-2.0, 0.5) ** 3 == isospline.Measurement(-8.0, 6.0)
+    with pytest.raises(ValueError, match=r"^value: expected at least 0 for a power that is not whole, got -8 \*\* 0.5"):
+        isospline.Measurement(-8.0, 0.5) ** 0.5
+    with pytest.raises(ValueError, match="^error: expected a number, at least 0, got -1"):
+        isospline.Measurement(1.0, -1.0)
+
+
 def measured(surface):
     """Another process runs this."""
     return surface.area(), isospline.surface_distance(surface, surface, samples=20)

@@ -191,3 +191,39 @@ def test_bad_input():
             surface.components(measured=True, tolerance=tolerance)
     with pytest.raises(ValueError, match="order: expected None with a tolerance"):
         surface.enclosed_volume(tolerance=1e-3, order=4)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.parametrize("seed", [0, 3])
+def test_blobs_of_a_voxel_have_the_area_of_fine_meshes(degree, seed):
+    # Parts of the surface are nearly parallel to all axes beside the planes where cells are halved.
+    measure = pytest.importorskip("skimage.measure")
+    samples = 1e-3 * np.random.default_rng(seed).normal(size=(9, 9, 9))
+    samples[4, 4, 4] = 1
+    volume = isospline.Volume(samples, degree=degree)
+
+    def area_of_mesh(step):
+        places = np.arange(2.5, 5.5 + step / 2, step)
+        points = np.stack(np.meshgrid(places, places, places, indexing="ij"), -1)
+        vertices, faces, _, _ = measure.marching_cubes(volume.sample(points), 0.7, spacing=(step,) * 3)
+        return measure.mesh_surface_area(vertices, faces)
+
+    expected = (4 * area_of_mesh(1 / 40) - area_of_mesh(1 / 20)) / 3  # the error falls with the square of the step
+    blob = isospline.Isosurface(volume, 0.7, largest=1)
+    for order in (4, 10):
+        found = blob.area(order=order)
+        assert abs(found.value - expected) < found.error + 1e-4 * expected
+        assert found.error < 0.01 * expected
+
+
+@pytest.mark.parametrize("place", [(8, 19, 21), (8, 18, 21), (7, 20, 20)])
+def test_errors_of_lines_know_of_the_only_rough_part(place):
+    # Lines are exact where the surface is flat, and few of them meet the bump.
+    samples = np.broadcast_to(np.arange(33.0)[:, None, None] - 16.3, (33, 33, 33)).copy()
+    samples[place] = 3
+    surface = isospline.Isosurface(samples, 0.0)
+    for found, expected in (
+        (surface.area(tolerance=1e-5), surface.area(order=10)),
+        (surface.enclosed_volume(), surface.enclosed_volume(order=6)),
+    ):
+        assert abs(found.value - expected.value) < found.error + expected.error
