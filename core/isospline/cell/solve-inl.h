@@ -308,14 +308,14 @@ struct RootSearch {
     std::array<V, 3> gradient;
 };
 
-/// Newton's method in double precision, with the given slope in the first step, until a step is below 1e-9 of a voxel:
-/// the next step would be below rounding, and the gradient is that of the root. `cell` has value(local) and
-/// value_and_gradient(local); its corner is `lower`, in all lanes or for each one. Returns the wanted lanes where it
-/// converges within [t_near, t_far]; lanes that do not converge do not delay the others.
+/// Newton's method in double precision, with the given slope in the first step, until a step is below 1e-12 of a voxel,
+/// or the one before was below 1e-9: then the next would be below rounding, and the gradient is that of the root.
+/// `cell` has value(local) and value_and_gradient(local); its corner is `lower`, in all lanes or for each one. Returns
+/// the wanted lanes where it converges within [t_near, t_far]; lanes that do not converge do not delay the others.
 template <class V, class Cell, class Corner>
 HWY_INLINE MaskOf<V> refine_root(const Cell& cell, const Corner& lower, MaskOf<V> wanted, RootSearch<V>& search)
 {
-    constexpr int iteration_limit = 5;
+    constexpr int iteration_limit = 6;
     const hn::DFromV<V> d;
     V speed = hn::Zero(d);
     for (int axis = 0; axis < 3; ++axis) {
@@ -323,7 +323,7 @@ HWY_INLINE MaskOf<V> refine_root(const Cell& cell, const Corner& lower, MaskOf<V
         search.gradient[axis] = hn::Zero(d);
     }
     search.t = search.t - cell.value(search.local(lower)) / search.slope;
-    auto done = hn::Not(wanted);
+    auto done = hn::Not(wanted), was_near = hn::Xor(wanted, wanted);
     for (int iteration = 0; iteration < iteration_limit; ++iteration) {
         const auto [value, gradient] = cell.value_and_gradient(search.local(lower));
         V slope = gradient[0] * search.direction[0];
@@ -333,7 +333,9 @@ HWY_INLINE MaskOf<V> refine_root(const Cell& cell, const Corner& lower, MaskOf<V
         search.t = select(done, search.t, search.t - step);
         for (int axis = 0; axis < 3; ++axis)
             search.gradient[axis] = select(done, search.gradient[axis], gradient[axis]);
-        done = either(done, less_equal(hn::Abs(step) * speed, number<V>(1e-9)));
+        const V way = hn::Abs(step) * speed;
+        done = either(done, either(was_near, less_equal(way, number<V>(1e-12))));
+        was_near = less_equal(way, number<V>(1e-9));
         if (hn::AllTrue(d, done))
             break;
     }

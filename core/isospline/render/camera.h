@@ -26,13 +26,19 @@ struct LensDistortion {
     /// The distorted position, on the plane at depth 1, of the point (x, y, 1) of camera space, x to the right and y
     /// down; with the derivatives with respect to x and y as columns.
     glm::dvec2 distort(const glm::dvec2& point, glm::dmat2* derivative = nullptr) const;
-    /// The point with a distorted position, searched from `start`; nothing if Newton's method finds none where the
-    /// image is not folded.
-    std::optional<glm::dvec2> undistort(const glm::dvec2& distorted, const glm::dvec2& start) const;
-    std::optional<glm::dvec2> undistort(const glm::dvec2& distorted) const { return undistort(distorted, distorted); }
+    /// The point with a distorted position; nothing if there is none on this side of where the image folds.
+    std::optional<glm::dvec2> undistort(const glm::dvec2& distorted) const;
     /// Whether all points on the line from the centre to a distorted point can be undistorted, and the last one gives
     /// the point that undistort() finds.
     bool reaches(const glm::dvec2& distorted) const;
+
+private:
+    /// By Newton's method from `start`, if it finds a point without a fold on its way.
+    std::optional<glm::dvec2> search(const glm::dvec2& distorted, const glm::dvec2& start) const;
+    /// Whether the image is folded between the centre and a point.
+    bool is_behind_fold(const glm::dvec2& point) const;
+    /// By many searches, along the line from the centre.
+    std::optional<glm::dvec2> follow(const glm::dvec2& distorted) const;
 };
 
 /// The side, or diagonal, of the image along which a field of view is measured.

@@ -27,7 +27,7 @@ glm::dvec2 LensDistortion::distort(const glm::dvec2& point, glm::dmat2* derivati
             y * radial + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y + square * (s3 + square * s4)};
 }
 
-std::optional<glm::dvec2> LensDistortion::undistort(const glm::dvec2& distorted, const glm::dvec2& start) const
+std::optional<glm::dvec2> LensDistortion::search(const glm::dvec2& distorted, const glm::dvec2& start) const
 {
     constexpr int most_steps = 30;
     constexpr double accuracy = 1e-14;
@@ -45,18 +45,37 @@ std::optional<glm::dvec2> LensDistortion::undistort(const glm::dvec2& distorted,
     return std::nullopt;
 }
 
-bool LensDistortion::reaches(const glm::dvec2& distorted) const
+bool LensDistortion::is_behind_fold(const glm::dvec2& point) const
+{
+    constexpr int steps = 8;
+    for (int step = 1; step < steps; ++step) {
+        glm::dmat2 derivative;
+        distort(point * (static_cast<double>(step) / steps), &derivative);
+        if (!(glm::determinant(derivative) > 0.0))
+            return true;
+    }
+    return false;
+}
+
+std::optional<glm::dvec2> LensDistortion::follow(const glm::dvec2& distorted) const
 {
     constexpr int steps = 32;
-    glm::dvec2 point(0.0);
-    for (int step = 0; step <= steps; ++step) {
-        const auto next = undistort(distorted * (static_cast<double>(step) / steps), point);
-        if (!next)
-            return false;
-        point = *next;
-    }
-    const auto direct = undistort(distorted);
-    return direct && glm::distance(*direct, point) <= 1e-9 * (1.0 + glm::length(point));
+    std::optional<glm::dvec2> point(glm::dvec2(0.0));
+    for (int step = 0; step <= steps && point; ++step)
+        point = search(distorted * (static_cast<double>(step) / steps), *point);
+    return point;
+}
+
+std::optional<glm::dvec2> LensDistortion::undistort(const glm::dvec2& distorted) const
+{
+    const auto direct = search(distorted, distorted);
+    return direct && !is_behind_fold(*direct) ? direct : follow(distorted);
+}
+
+bool LensDistortion::reaches(const glm::dvec2& distorted) const
+{
+    const auto point = follow(distorted), direct = undistort(distorted);
+    return point && direct && glm::distance(*direct, *point) <= 1e-9 * (1.0 + glm::length(*point));
 }
 
 } // namespace isospline

@@ -107,7 +107,7 @@ void Projection::check_distortion() const
         if (!is_finite(coefficient))
             throw_invalid("distortion", "finite numbers", coefficient);
     // All ways from the middle end on the border.
-    constexpr int steps = 16;
+    constexpr int steps = 64;
     for (int i = 0; i <= steps; ++i)
         for (int side = 0; side < 4; ++side) {
             const double along = static_cast<double>(i) / steps, across = side < 2 ? 0.0 : 1.0;

@@ -43,23 +43,30 @@ double shrunk_radius(ClosestPointFinder& find, const ClosestPoint& at, double ra
     return radius;
 }
 
+/// Whether a place is in the solid, given the nearest point of the surface.
+bool is_behind(const glm::dvec3& place, const ClosestPoint& nearest)
+{
+    return glm::dot(place - nearest.position, nearest.normal) < 0.0;
+}
+
 /// The centre of a larger ball, and its radius if no points of the surface are nearer than `touched`. `step` bounds the
 /// change of each coordinate.
-Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<glm::dvec3>& touched, double gap, double step,
-           const Box& bounds)
+Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<ClosestPoint>& touched, double gap, double step,
+           double precision, const Box& bounds)
 {
-    // In units of the radius; the variables are the change of the centre and the new radius.
-    const double unit = ball.radius;
+    // The variables are the change of the centre and the new radius, in this unit.
+    const double unit = std::max(ball.radius, step);
     std::vector<LinearConstraint<4>> constraints;
     const glm::dvec3 from_point = ball.center - point;
     const double away = glm::length(from_point);
-    const glm::dvec3 direction = from_point / away;
+    const glm::dvec3 direction = away > 0.0 ? from_point / away : glm::dvec3(0.0);
     constraints.push_back({{direction.x, direction.y, direction.z, -1.0}, (gap - away) / unit});
-    for (const glm::dvec3& other : touched) {
+    for (const ClosestPoint& other : touched) {
         // |center - other| is convex, so its tangent plane is below it.
-        const glm::dvec3 from_other = ball.center - other;
+        const glm::dvec3 from_other = ball.center - other.position;
         const double distance = glm::length(from_other);
-        const glm::dvec3 slope = from_other / distance;
+        // A centre on the surface moves inwards. Within the precision of nearest points, their directions are unknown.
+        const glm::dvec3 slope = distance > 2.0 * precision ? from_other / distance : -other.normal;
         constraints.push_back({{-slope.x, -slope.y, -slope.z, 1.0}, distance / unit});
     }
     std::array<double, 4> lower{}, upper{}, change{};
@@ -90,27 +97,37 @@ Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<glm::dve
 Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double radius, double gap, double precision,
                     const Box& bounds)
 {
-    Ball ball{at.position, shrunk_radius(find, at, radius, gap, precision)};
-    ball.center -= ball.radius * at.normal;
+    const auto touching_ball = [&](double most, double depth) {
+        const double least = shrunk_radius(find, at, most, depth, precision);
+        return Ball{at.position - least * at.normal, least};
+    };
+    Ball ball = touching_ball(radius, gap);
     if (gap == 0.0)
         return ball;
-    const ClosestPoint first = find(ball.center);
-    if (!(first.distance > 0.0) || !std::isfinite(first.distance))
+    ClosestPoint first = find(ball.center);
+    if (!is_behind(ball.center, first)) {
+        ball = touching_ball(ball.radius, 0.0);
+        first = find(ball.center);
+    }
+    if (!std::isfinite(first.distance))
         return ball;
     ball.radius = first.distance;
-    std::vector<glm::dvec3> touched{first.position};
+    std::vector<ClosestPoint> touched{first};
     constexpr int most_balls = 64;
-    double step = 0.5 * ball.radius; // the centre stays in the ball
+    // A centre that stays in the ball is in the solid. Beside an edge, the first ball may be as small as one likes.
+    const auto longest_step = [&] { return 0.5 * std::max(ball.radius, gap); };
+    double step = longest_step();
     for (int i = 0; i < most_balls; ++i) {
-        const Ball next = grown(ball, at.position, touched, gap, step, bounds);
+        const Ball next = grown(ball, at.position, touched, gap, step, precision, bounds);
         if (!(next.radius > ball.radius + precision))
             break;
         const ClosestPoint other = find(next.center);
-        touched.push_back(other.position);
-        if (other.distance > ball.radius &&
+        touched.push_back(other);
+        const bool is_inside = glm::length(next.center - ball.center) < ball.radius || is_behind(next.center, other);
+        if (is_inside && other.distance > ball.radius &&
             glm::length(next.center - at.position) <= other.distance + gap + 0.1 * precision) {
             ball = {next.center, other.distance};
-            step = std::min(2.0 * step, 0.5 * ball.radius);
+            step = std::min(2.0 * step, longest_step());
         } else {
             step *= 0.5;
         }

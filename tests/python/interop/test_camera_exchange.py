@@ -192,6 +192,29 @@ def test_points_on_rays_are_where_opencv_distorts_them_to(count, rng):
     np.testing.assert_allclose(in_camera[:, :2] / in_camera[:, 2:], undistorted, atol=1e-7)
 
 
+@pytest.mark.parametrize(
+    "focal_length, distortion",
+    [
+        (51.2, (-0.47, 0.1, 0, 0)),  # Newton's method from the distorted point fails at (4, 6)
+        (20.0, (0.72, -0.13, -0.01, 0)),  # and here it finds points behind a fold that is beyond the image
+        (21.0, (0.53, -0.15, 0.01, -0.01)),
+    ],
+)
+def test_all_pixels_of_strong_lenses_are_undistorted(focal_length, distortion):
+    intrinsics = np.array([[focal_length, 0, 31.5], [0, focal_length, 23.5], [0, 0, 1]])
+    size = 64, 48
+    camera = isospline.ProjectionPlaneCamera.from_opencv(intrinsics, np.eye(3), (0, 0, 0), size, distortion=distortion)
+    directions = camera.rays(size)[..., 3:]
+    lens = np.zeros(3), np.zeros(3), intrinsics, np.array(distortion)
+    pixels = cv2.projectPoints(directions.reshape(-1, 1, 3), *lens)[0].reshape(48, 64, 2)
+    v, u = np.mgrid[:48, :64]
+    np.testing.assert_allclose(pixels, np.stack([u, v], axis=-1), atol=1e-6)
+    # Neighbours are neighbours.
+    on_plane = directions[..., :2] / directions[..., 2:]
+    steps = np.linalg.norm(np.diff(on_plane, axis=1), axis=2)
+    assert steps.max() < 20 * np.median(steps)
+
+
 def test_pictures_of_other_sizes_show_the_same_of_a_distorted_view():
     camera = distorting_camera(DISTORTIONS[5])
     larger = camera.rays((3 * SIZE[0], 3 * SIZE[1]))

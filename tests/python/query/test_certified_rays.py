@@ -124,8 +124,7 @@ def test_normals_are_in_their_cones(degree):
     cosines = np.einsum("ij,ij->i", hits.primitive_normals, hits.normal_axes)[is_hit]
     angles = hits.normal_angles[is_hit]
     away = np.linalg.norm(hits.primitive_normals - hits.normal_axes, axis=1)[is_hit]  # as long as a small angle
-    # A hit's normal is that before the last step of its root.
-    assert is_hit.sum() > 500 and (cosines > 0).all() and (away <= angles + 1e-8).all()
+    assert is_hit.sum() > 500 and (cosines > 0).all() and (away <= angles + 1e-14).all()
     assert np.median(angles) < 1e-8 and (degree == 1 or angles.max() < 1e-4)
     others = ~is_hit
     assert (hits.normal_axes[others] == 0).all() and np.isnan(hits.normal_angles[others]).all()

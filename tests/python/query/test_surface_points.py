@@ -101,7 +101,7 @@ def test_thickness_on_noisy_data(noise, rng):
 def test_thickness_beside_an_edge():
     """In a box, a ball that is `ripple` away from a point at distance a from an edge touches both sides of the edge."""
     box = isospline.Isosurface(isospline.Volume(np.ones((30, 11, 11)), spacing=0.5), 0.0, closed=True)
-    a = np.array([0.2, 0.5, 1.1, 2.5])
+    a = np.array([0.0, 1e-6, 1e-3, 0.01, 0.2, 0.5, 1.1, 2.5])
     lower, upper = box.volume.bounds
     points = lower + np.stack([a, 0 * a, 0 * a + 7], axis=1)
     for ripple in (0, 0.1, 0.25, 0.4):
