@@ -215,9 +215,9 @@ class Labels:
         r"""The smooth surface of a label: the zero level of a B-spline of degree 2.
 
         The centre of each voxel of the label is inside, the centres of all other voxels are outside. The enclosed
-        volume is that of the voxels: the error is below 0.5%. Where two labels meet, their surfaces are the same up to
-        rounding; where three meet, gaps and overlaps are smaller than a voxel. The surface is closed at the border of
-        the map.
+        volume is that of the voxels: the error is below 0.5%, or the one that `Isosurface.enclosed_volume` states if
+        that is larger. Where two labels meet, their surfaces are the same up to rounding; where three meet, gaps and
+        overlaps are smaller than a voxel. The surface is closed at the border of the map.
 
         Parameters
         ----------

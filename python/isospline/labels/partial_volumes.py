@@ -46,7 +46,7 @@ def partial_volumes(coefficients: NDArray[np.float32], divisions: int) -> Partia
     In a voxel, the spline is between the least and the largest of its 27 coefficients. So only voxels whose
     coefficients have both signs are evaluated.
     """
-    padded = np.pad(coefficients, 1, mode="reflect" if min(coefficients.shape) > 1 else "edge")
+    padded = np.pad(coefficients, 1, mode="reflect")
     lower, upper = _extremes(padded, np.minimum), _extremes(padded, np.maximum)
     voxels = np.flatnonzero(((lower < 0) & (upper > 0)).ravel())
     offsets = _offsets(padded.shape)

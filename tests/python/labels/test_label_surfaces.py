@@ -115,6 +115,32 @@ def test_a_label_at_the_border_is_closed_there():
     assert abs(volume_error(surface, data == 3)) < 0.005
 
 
+@pytest.mark.parametrize("shape", [(1, 12, 12), (12, 1, 12), (12, 12, 1)])
+def test_thin_maps_keep_volume(shape):
+    labels = isospline.Labels(np.random.default_rng(0).integers(0, 3, shape))
+    found = labels.measure()
+    np.testing.assert_allclose(found.enclosed_volumes, found.voxel_counts, rtol=0.005)
+
+
+def one_voxel(*shape):
+    data = np.zeros(shape, int)
+    data[tuple(count // 2 for count in shape)] = 1
+    return data
+
+
+@pytest.mark.parametrize(
+    ("data", "spacing", "smoothing"),
+    [
+        (one_voxel(11, 5, 9), (0.5, 0.5, 5.18), 0.8),
+        (one_voxel(13, 9, 3), (0.5, 0.5, 5.78), 0.8),
+        ((np.random.default_rng(0).random((30, 30, 30)) < 0.05).astype(int), (1, 1, 1), 0.5),
+    ],
+)
+def test_specks_keep_volume(data, spacing, smoothing):
+    surface = isospline.Labels(data, spacing=spacing).surface(1, smoothing=smoothing)
+    assert abs(volume_error(surface, data)) < 0.005
+
+
 def test_partial_volumes_are_those_of_a_ball():
     x, y, z = maps.grid(24, 24, 24)
     field = (6.3 - np.sqrt((x - 11.2) ** 2 + (y - 11.7) ** 2 + (z - 11.4) ** 2)).astype(np.float32)
