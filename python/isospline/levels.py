@@ -11,6 +11,7 @@ from . import _core
 from .base.parameters import check_count, describe_not_finite
 from .base.signatures import explained
 from .scene import Isosurface
+from .scene.cells import index_shape
 
 __all__ = ["histogram", "suggest_levels"]
 
@@ -184,11 +185,6 @@ def some_values(volume):
     axes = [np.arange(0, count, steps, dtype=float) for count in index_shape(volume)]
     index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return volume.sample(index @ volume.affine[:3, :3].T + volume.affine[:3, 3])
-
-
-def index_shape(volume):
-    """The numbers of samples of a volume along x, y and z."""
-    return volume.shape[::-1] if volume.axes == "zyx" else volume.shape
 
 
 def _best_split(values, weights, begin, end):

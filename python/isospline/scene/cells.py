@@ -203,6 +203,11 @@ class VolumeCells(_core.Volume):
         return known("Volume")(sums / largest / scales, **options).coefficients * scales * largest
 
 
+def index_shape(volume):
+    """The numbers of samples of a volume along x, y and z."""
+    return volume.shape[::-1] if volume.axes == "zyx" else volume.shape
+
+
 def _mirrored_ends(shape):
     """W of the three axes: products of 1/2 at both ends of an axis and 1 elsewhere."""
     scales = np.ones(shape)

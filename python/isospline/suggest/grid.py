@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..levels import index_shape
+from ..scene.cells import index_shape
 
 #: The side of a level on which a solid is.
 Inside = Literal["above", "below"]

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from ..base.handed import known
 from ..base.parameters import check_type
 from ..base.signatures import explained
-from ..levels import count_pieces, default_levels, histogram, index_shape, levels_of_histogram, some_values
+from ..levels import count_pieces, default_levels, histogram, levels_of_histogram, some_values
 from ..scene import Isosurface, Scene, Volume
+from ..scene.cells import index_shape
 from .grid import Grid, Inside, Samples, samples_of, some_samples
 from .holders import grown, holders
 from .plates import Plate, find_plate, is_only_plate

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from ..io import VolumeData, read_volume
-from ..levels import bars, histogram, index_shape, levels_of_histogram, some_values
+from ..levels import bars, histogram, levels_of_histogram, some_values
 from ..scene import Mesh, Volume
+from ..scene.cells import index_shape
 from ..scene.mesh_files import MESH_SUFFIXES, read_mesh
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import Presentation, body_mask, present

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..levels import index_shape
+from ..scene.cells import index_shape
 from .checked import Checked, count, field, vector
 
 #: Points along the longer side of a slice by default, and the most of them.

@@ -71,6 +71,19 @@ def test_every_degree_and_mirrored_and_oblique_volumes_are_closed(degree, direct
     assert (report.pieces, report.cavities, report.closed_at_border) == (3, 1, True)
 
 
+@pytest.mark.parametrize("axes", ["zyx", "xyz"])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_report_tells_a_solid_at_the_border_along_each_axis(axes, axis):
+    counts = [20, 16, 18]
+    counts[axis] = 40
+    for place, is_at_border in ((3.0, True), (7.0, False), (32.0, False), (36.0, True)):
+        center = [10.0, 8.0, 9.0]
+        center[axis] = place
+        field = ball(grid(*counts[::-1]), center, 5)
+        volume = isospline.Volume(np.ascontiguousarray(field if axes == "zyx" else field.T), axes=axes)
+        assert isospline.Isosurface(volume, 0).to_print_mesh()[1].closed_at_border == is_at_border
+
+
 def test_a_solid_below_the_level_is_closed_too():
     mesh, report = isospline.Isosurface(cut_ball(), 0, inside="below").to_print_mesh()
     assert report.pieces == 2  # the shell between the hollow ball and the ball in it, and what is around both
