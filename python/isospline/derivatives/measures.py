@@ -184,6 +184,7 @@ def _slopes_by_level(surface, points, away):
     gradients = surface.volume.sample(points, derivative=1)
     steepness = np.linalg.norm(gradients, axis=1)
     scale = np.abs(surface.volume.affine[:3, :3]).max()
+    lengths = np.where(steepness > 0, steepness, 1.0)  # the gradient vanishes at corners of mirrored volumes
     off = np.abs(surface.volume.sample(points) - surface.level)
     planes = surface._end_planes()
     active = np.abs(points @ planes[:, :3].T - planes[:, 3]) < 1e-6 * scale
@@ -193,9 +194,7 @@ def _slopes_by_level(surface, points, away):
         active = np.concatenate([active, np.abs(index - np.round(index)) < 1e-6], axis=1)
         unit = faces[:3, :3] / np.linalg.norm(faces[:3, :3], axis=1, keepdims=True)
         planes = np.concatenate([planes, np.pad(unit, ((0, 0), (0, 1)))])
-    columns = np.concatenate(
-        [gradients[:, :, None] / steepness[:, None, None], active[:, None, :] * planes[:, :3].T], 2
-    )
+    columns = np.concatenate([gradients[:, :, None] / lengths[:, None, None], active[:, None, :] * planes[:, :3].T], 2)
     factors = np.einsum("nij,nj->ni", np.linalg.pinv(columns, rcond=1e-9), away)[:, :1]
     on_surface = (off <= 1e-6 * scale * steepness)[:, None]
-    return np.where(on_surface, -factors / steepness[:, None], 0.0)
+    return np.where(on_surface, -factors / lengths[:, None], 0.0)

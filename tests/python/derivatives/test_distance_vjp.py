@@ -54,6 +54,23 @@ def test_gradients_are_those_of_finite_differences(degree, case):
     assert (found["samples"][0] * change).sum() == pytest.approx(by_samples, rel=2e-3, abs=5e-3)
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_a_foot_where_the_gradient_vanishes_is_still(degree):
+    """At a corner of a mirrored volume of degree 3, the gradient is zero; the other point's foot moves."""
+    data = np.random.default_rng(0).random((5, 5, 5)) + 1
+    data[:, :, 3:] = 0.0
+    surface = isospline.Isosurface(isospline.Volume(data, degree=degree), 0.5, closed=True)
+    points = [(-2.0, -2.0, -2.0), (6.0, 2.0, 2.0)]
+    distances, vjp = distance_vjp(isospline.Scene(surface), points)
+    found = vjp([1.0, 0.0])
+    np.testing.assert_allclose(found["points"][0], np.full(3, -1 / np.sqrt(3)), rtol=1e-6)
+    assert found["levels"][0] == 0 and not found["samples"][0].any()
+    alone = distance_vjp(isospline.Scene(surface), points[1:])[1]([1.0])
+    together = vjp([0.0, 1.0])
+    np.testing.assert_array_equal(together["points"][1], alone["points"][0])
+    assert together["levels"][0] == alone["levels"][0] > 0
+
+
 def test_points_on_the_surface_move_along_its_normal():
     surface = isospline.Isosurface(isospline.volumes.torus().volume(32), isospline.volumes.torus().level)
     on_it = surface.sample_points(20, seed=3)
