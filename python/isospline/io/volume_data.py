@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..base.handed import known
-from ..base.parameters import describe_not_finite
+from ..base.parameters import describe_not_finite, refuse_masked
 from ..base.shown import Shown
 from ..base.signatures import explained_methods
 from ..base.system import warn
@@ -70,6 +70,7 @@ class VolumeData(Shown):
     def __post_init__(self) -> None:
         if not hasattr(self.data, "dtype"):
             raise TypeError(f"data: expected an array, got {type(self.data).__name__}")
+        refuse_masked(self.data, "data")
         if self.patient and not self.unit:
             object.__setattr__(self, "unit", "mm")
 

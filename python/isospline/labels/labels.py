@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.mistakes import sentence
+from ..base.parameters import refuse_masked
 from ..base.progress import as_callable, part_of
 from ..base.results import LabelComparison, LabelMeasures, LabelTable
 from ..base.signatures import explained_methods
@@ -78,6 +79,7 @@ class Labels:
         from ..io.read import check_frame
 
         given = {name: value for name, value in check_frame(spacing, origin, direction).items() if value is not None}
+        refuse_masked(data, "data")
         source = data if isinstance(data, VolumeData) else VolumeData(np.asarray(data))
         self._set(source.replace(**given), {}, names, colors, background)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...base.mistakes import sentence
-from ...base.parameters import check_path, printable
+from ...base.parameters import check_path, printable, refuse_masked
 from ...io import VolumeData, metaimage, nifti, nrrd, read_volume, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
@@ -48,6 +48,7 @@ def open_source(given: Any, axes: str, reading: dict[str, Any]) -> Source:
         return _of_volume_data(given)
     if not (hasattr(given, "shape") and hasattr(given, "dtype") and hasattr(given, "__getitem__")):
         raise TypeError(sentence("source", "a path, a VolumeData or an array with shape, dtype and slices", given))
+    refuse_masked(given, "source")
     return _of_array(given, axes)
 
 
