@@ -19,7 +19,7 @@ from ..scene import Isosurface, Scene
 from . import files
 from .comparison import compare
 from .measures import measure
-from .segments import Segment, find, renamed, segments_of, whole_numbers
+from .segments import Segment, find, find_all, renamed, segments_of, whole_numbers
 from .surfaces import SMOOTHING, check_smoothing, surface_of
 
 Label = int | str
@@ -231,7 +231,8 @@ class Labels:
         progress : callable or True, optional
             Called with the finished fraction, and cannot cancel. True shows a bar.
         **options
-            Of `Isosurface`, such as ``opacity=`` or ``clip=``. By default, the name and the colour are the label's.
+            Of `Isosurface`, such as ``opacity=`` or ``clip=``. By default, the name and the colour are the label's;
+            with a `material`, the name is, if the material has none.
 
         Returns
         -------
@@ -368,24 +369,16 @@ class Labels:
         if by not in ("number", "name"):
             raise ValueError(sentence("by", '"number" or "name"', by))
         check_smoothing(smoothing)
-        wanted = None if labels is None and (len(self) or len(other)) else self._wanted(labels)
+        wanted = None if labels is None and (len(self) or len(other)) else find_all(self._segments, labels)
         return compare(self, other, wanted, by, smoothing, as_callable(progress))
 
     def show(self, **options: Any) -> Any:
         """Show the scene of all labels in the browser, as `Scene.show` does."""
         return self.scene().show(**options)
 
-    def _wanted(self, labels: Iterable[Label] | None) -> list[Segment]:
-        if isinstance(labels, (str, int)):
-            raise TypeError(sentence("labels", "a sequence of names and numbers", labels))
-        wanted = list(self._segments) if labels is None else [find(self._segments, each) for each in labels]
-        if not wanted:
-            raise ValueError("labels: expected at least one label, got none")
-        return wanted
-
     def _surfaces(self, labels, smoothing, progress, options):
         """Segments and their surfaces, one after the other."""
-        wanted, report = self._wanted(labels), as_callable(progress)
+        wanted, report = find_all(self._segments, labels), as_callable(progress)
         for place, segment in enumerate(wanted):
             part = part_of(report, place, len(wanted))
             yield segment, self.surface(segment.number, smoothing=smoothing, progress=part, **options)

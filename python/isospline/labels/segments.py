@@ -121,6 +121,19 @@ def find(segments: tuple[Segment, ...], label: Any) -> Segment:
     return found[0]
 
 
+def find_all(segments: tuple[Segment, ...], labels: Any) -> list[Segment]:
+    """The segments with names and numbers, at least one; None is all of them."""
+    try:
+        wanted = list(segments if labels is None or isinstance(labels, str) else labels)
+    except TypeError:
+        wanted = None
+    if wanted is None or isinstance(labels, str):
+        raise TypeError(sentence("labels", "a sequence of names and numbers", labels))
+    if not wanted:
+        raise ValueError("labels: expected at least one label, got none")
+    return wanted if labels is None else [find(segments, each) for each in wanted]
+
+
 def srgb(numbers: Any) -> NDArray[np.float64]:
     """The colour of three numbers in a file."""
     color = np.clip(np.asarray(numbers, dtype=float), 0, 1)
@@ -136,6 +149,8 @@ def whole_numbers(data: NDArray[Any]) -> NDArray[np.integer]:
     if data.dtype.kind == "b":
         return data.view(np.uint8)
     if data.dtype.kind in "iu":
+        if data.dtype == np.uint64 and data.max() > np.iinfo(np.int64).max:
+            raise ValueError(f"data: expected labels below 2**63, got {data.max()}")
         return data
     if data.dtype.kind != "f":
         raise TypeError(f"data: expected whole numbers, got {data.dtype}")

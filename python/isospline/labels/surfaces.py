@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.mistakes import sentence
 from ..io import VolumeData
+from ..looks import Material
 from ..scene import Isosurface, Volume
 from .segments import Segment
 from .signed_field import box_of, signed_field
@@ -52,4 +53,7 @@ def surface_of(
     field = signed_field(data.data[box], segment.value, background, deviations, progress)
     first = data.position([each.start for each in reversed(box)])
     volume = Volume(field, **{**data.frame, "origin": first})
-    return Isosurface(volume, 0.0, **{"closed": True, "name": segment.name, "color": segment.color, **options})
+    look: dict[str, Any] = {"name": segment.name, "color": segment.color}
+    if isinstance(material := options.get("material"), Material):
+        look, options = {}, {**options, "material": material if material.name else material.replace(name=segment.name)}
+    return Isosurface(volume, 0.0, **{"closed": True, **look, **options})

@@ -73,6 +73,16 @@ def test_surfaces_have_the_place_the_name_and_the_colour():
     assert surface.enclosed_volume().value == pytest.approx(len(voxels) * 0.7 * 0.8 * 2, rel=0.005)
 
 
+def test_a_material_replaces_the_colour_and_keeps_the_name():
+    labels, material = Labels(two_halves(), names={5: "right"}), isospline.Material(color="red", roughness=0.2)
+    surface = labels.surface(5, material=material)
+    assert surface.material == material.replace(name="right") and surface.name == "right"
+    assert labels.surface(5, material=material.replace(name="copper")).name == "copper"
+    assert labels.surface(5, material=None).material == labels.surface(5).material
+    with pytest.raises(TypeError, match="color: cannot be combined with material"):
+        labels.surface(5, material=material, color="blue")
+
+
 def test_colours_are_unlike():
     data = np.zeros((4, 4, 8), np.uint8)
     data.ravel()[:121] = np.arange(121)
@@ -217,6 +227,7 @@ def test_images_of_itk(tmp_path):
         (lambda: Labels(np.full((3, 3, 3), np.nan)), ValueError, "data: expected whole numbers, .*, got nan"),
         (lambda: Labels(np.zeros((3, 3))), ValueError, r"data: expected a three-dimensional array .*\(3, 3\)"),
         (lambda: Labels(np.full((3, 3, 3), 1j)), TypeError, "data: expected whole numbers, got complex128"),
+        (lambda: Labels(np.full((3, 3, 3), 2**63, "u8")), ValueError, r"data: expected labels below 2\*\*63, got 9"),
         (lambda: Labels(two_halves(), spacing=(1, -1, 1)), ValueError, "spacing: expected positive"),
         (lambda: Labels(two_halves(), names=["a"]), TypeError, "names: expected a dict"),
         (lambda: Labels(two_halves(), names={1: 2}), TypeError, "names: expected numbers and names"),
@@ -228,6 +239,8 @@ def test_images_of_itk(tmp_path):
         (lambda: Labels(two_halves(), names={1: "a", 5: "a"}).mask("a"), ValueError, "label: .* of 1 and 5"),
         (lambda: Labels(two_halves()).surface(1, smoothing="x"), TypeError, "smoothing: expected a number of voxels"),
         (lambda: Labels(two_halves()).scene("left"), TypeError, "labels: expected a sequence"),
+        (lambda: Labels(two_halves()).measure(np.int64(1)), TypeError, "labels: expected a sequence .*, got .*int64"),
+        (lambda: Labels(two_halves()).measure(1.5), TypeError, "labels: expected a sequence .*, got 1.5"),
         (lambda: Labels(two_halves() * 0).scene(), ValueError, "labels: expected at least one label, got none"),
         (lambda: Labels(two_halves()).compare(Labels(two_halves()), []), ValueError, "labels: expected at least one"),
         (lambda: Labels(two_halves() * 0).compare(Labels(two_halves() * 0)), ValueError, "labels: expected at least"),
