@@ -191,7 +191,7 @@ def sphere(radius: float = 0.7) -> Field:
 def torus(major: float = 0.6, minor: float = 0.25) -> Field:
     r"""Torus around z, of the radii R (`major`) and r (`minor`): :math:`f = r^2 - (\sqrt{x^2 + y^2} - R)^2 - z^2`.
 
-    It is above 0 inside.
+    It is above 0 inside. On the axis, it has no gradient, which is NaN there.
     """
 
     def value(points):
@@ -248,7 +248,7 @@ def marschner_lobb(frequency: float = 6.0, alpha: float = 0.25) -> Field:
         x, y, z = np.moveaxis(points, -1, 0)
         r = np.sqrt(x * x + y * y)
         phase = 2 * np.pi * frequency * np.cos(np.pi / 2 * r)
-        slope = alpha * np.sin(phase) * np.pi**2 * frequency * np.sin(np.pi / 2 * r) / r
+        slope = alpha * np.sin(phase) * np.pi**3 / 2 * frequency * np.sinc(r / 2)
         return np.stack([slope * x, slope * y, -np.pi / 2 * np.cos(np.pi / 2 * z)], axis=-1) / (2 * (1 + alpha))
 
     return Field(value, gradient, level=0.5)

@@ -34,6 +34,14 @@ def test_gradient_is_the_derivative_of_the_value(name, rng):
     np.testing.assert_allclose(gradient, np.stack(differences, axis=-1), atol=1e-7 * np.abs(gradient).max())
 
 
+@pytest.mark.filterwarnings("error")
+def test_marschner_lobb_is_smooth_on_its_axis():
+    points = np.array([[0, 0, 0], [0, 0, 0.3], [0, 0, -1.0]])
+    gradient = volumes.marschner_lobb().gradient(points)
+    slopes = -np.pi / 2 * np.cos(np.pi / 2 * points[:, 2]) / 2.5
+    np.testing.assert_allclose(gradient, np.stack([0 * slopes, 0 * slopes, slopes], axis=-1), atol=1e-15)
+
+
 @pytest.mark.parametrize("name", FIELDS)
 def test_hessian_is_symmetric_and_the_derivative_of_the_gradient(name, rng):
     field = FIELDS[name]
