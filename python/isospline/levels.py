@@ -54,7 +54,8 @@ def suggest_levels(data: ArrayLike, count: int = 3) -> list[float]:
     -------
     list of float
         Each is halfway between two values that occur in the data (for real numbers, in a histogram of 4096 bins). There
-        are fewer than `count` if the data has at most `count` different values, and none if it is constant.
+        are fewer than `count` if the data has at most `count` different values, and none if it is constant. Integers
+        beyond 2^53 are different if they are in float64, the type of levels.
 
     Raises
     ------

@@ -31,6 +31,12 @@ def test_levels_of_separate_values_are_halfway():
     assert suggest_levels(data) == [50, 120]
 
 
+def test_integers_that_are_one_in_float64_have_no_level_between_them():
+    first = 2**63
+    assert suggest_levels(np.array([first, first + 5, first + 1000], np.uint64)) == []
+    assert suggest_levels(np.array([first, first + 5, first + 4096], np.uint64)) == [first + 2048]
+
+
 def test_first_level_of_two_normal_modes_is_halfway(rng):
     data = np.concatenate([rng.normal(100, 10, 200_000), rng.normal(300, 10, 200_000)])
     assert suggest_levels(data, 1)[0] == pytest.approx(200, abs=20)
