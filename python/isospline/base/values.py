@@ -114,6 +114,7 @@ class Value:
     _exact: Mapping[str, Any] = MappingProxyType({})
 
     def __init_subclass__(cls) -> None:
+        cls.__replace__ = Value.__replace__  # type: ignore[method-assign]  # before `dataclass` sets its own
         is_ours = cls.__module__.partition(".")[0] == __name__.partition(".")[0]
         if is_ours and not cls.__name__.startswith("_"):
             _DATACLASSES.append(cls)
@@ -138,12 +139,18 @@ class Value:
     def replace(self, **changes: Any) -> Self:
         """The same value with changed parameters: ``light.replace(radiance=2)``.
 
+        So does `copy.replace` of Python 3.13. `dataclasses.replace` takes attributes for what was given, so that a
+        focus stays at its distance in place of on the target.
+
         Parameters
         ----------
         **changes
             Parameters of the constructor.
         """
         return type(self)(**{**parts(self), **changes})
+
+    def __replace__(self, **changes: Any) -> Self:
+        return self.replace(**changes)
 
     def __eq__(self, other: object) -> Any:
         return _equal(self, other)

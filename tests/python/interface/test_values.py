@@ -122,6 +122,16 @@ def test_the_focus_follows_the_target_unless_it_is_given():
     assert given.focus_distance == given.replace(target=(0, 5, 0)).focus_distance == 9
 
 
+def test_copies_of_python_313_are_replaced_by_parameters():
+    replaced = getattr(copy, "replace", lambda value, **changes: value.__replace__(**changes))
+    camera = isospline.PerspectiveCamera((0, -10, 0), (0, 0, 0), aperture_radius=0.1)
+    assert replaced(camera) == camera and replaced(camera, eye=(0, -20, 0)).focus_distance == 20
+    plane = isospline.ProjectionPlaneCamera((0, -5, 0), center=(0, 0, 0), right=(1.6, 0, 0), down=(0, 0, -0.9))
+    assert replaced(plane, center=(1, 0, 0)) == plane.replace(center=(1, 0, 0))
+    for look in LOOKS:
+        assert replaced(look) == look
+
+
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
 def test_values_arrive_as_they_were(value, way):
