@@ -141,6 +141,8 @@ def cameras_of(arguments, volume, marks):
         if arguments.projection != "perspective":
             raise ValueError(f"--aperture: expected a perspective projection, got {arguments.projection}")
         cameras = [camera.with_lens(arguments.aperture, focus_distance=arguments.focus) for camera in cameras]
+    elif arguments.focus is not None:
+        raise ValueError("--focus: expected an --aperture, without which all is in focus, got none")
     return cameras
 
 

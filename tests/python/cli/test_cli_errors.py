@@ -78,6 +78,7 @@ def test_bad_surfaces_are_told(ball, monkeypatch, capsys, message, options):
         ("--annotate: expected scale-bar, colorbar, scale-bar,colorbar or none", ["--annotate", "ruler"]),
         ("annotate: expected a colour rule", ["-l", "0", "--annotate", "colorbar"]),
         ("view: expected one of", ["--level", "0", "--view", "within"]),
+        ("--focus: expected an --aperture", ["--level", "0", "--focus", "3"]),
         ("--aperture: expected a perspective", [*LENS, "--projection", "orthographic"]),
         ("focus_distance: expected", [*LENS, "--focus", "-1"]),
         ("--layers: expected the name of a picture that has layers", ["--layers", "curvature"]),

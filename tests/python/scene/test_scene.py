@@ -373,6 +373,7 @@ def test_shapes_types_and_empty_scenes():
     [
         (np.zeros((3, 5)), ValueError, r"rays: expected shape \(\.\.\., 6\), got \(3, 5\)"),
         ([(0, 0, 0, 0, 0, 0)], ValueError, "rays: expected directions that are not zero"),
+        ([(0, 0, 0, 1e-200, 0, 0)], ValueError, r"lengths from 1e-150 to 1e150, got \(1e-200, 0, 0\) in ray 0"),
         ([(0, 0, np.nan, 0, 0, 1)], ValueError, "rays: expected finite"),
         ([(0, 0, 0, 0, np.inf, 1)], ValueError, "rays: expected finite"),
         (np.zeros((3, 6), dtype=complex), TypeError, "rays: "),
