@@ -31,20 +31,27 @@ glm::dvec3 RayBatch::origin(const SceneSnapshot& scene, std::size_t i, const glm
     return *known;
 }
 
-void append_hits_behind(RayBatch& batch, RayCaster& caster, const Absorption& absorption, const OpacityOf& opacity_of)
+void find_hits_through(RayBatch& batch, RayCaster& caster, const Absorption& absorption, const OpacityOf& opacity_of)
 {
+    // Rays that first meet an opaque surface are done. Without any, the first hits would be found twice.
+    const bool has_opaque = absorption.has_opaque();
     const std::size_t ray_count = batch.rays.size();
     std::vector<Ray> translucent;
-    std::vector<std::uint8_t> is_translucent(ray_count);
-    for (std::size_t i = 0; i < ray_count; ++i) {
-        batch.weights.push_back(batch.hits[i] ? opacity_of(batch.hits[i], batch.rays[i]) : 1.0);
-        is_translucent[i] = batch.weights[i] < 1.0;
-        if (is_translucent[i])
-            translucent.push_back(batch.rays[i]);
+    std::vector<std::uint8_t> is_translucent(ray_count, 1);
+    batch.weights.assign(ray_count, 0.0);
+    if (has_opaque) {
+        caster.cast(batch.rays, batch.hits);
+        for (std::size_t i = 0; i < ray_count; ++i) {
+            batch.weights[i] = batch.hits[i] ? opacity_of(batch.hits[i], batch.rays[i]) : 1.0;
+            is_translucent[i] = batch.weights[i] < 1.0;
+            if (is_translucent[i])
+                translucent.push_back(batch.rays[i]);
+        }
     }
+    const std::vector<Ray>& listed = has_opaque ? translucent : batch.rays;
     std::vector<Crossing> crossings;
-    std::vector<std::uint32_t> counts(translucent.size());
-    caster.list(translucent, crossings, counts, &absorption);
+    std::vector<std::uint32_t> counts(listed.size());
+    caster.list(listed, crossings, counts, &absorption);
 
     auto next = crossings.cbegin();
     auto count = counts.cbegin();

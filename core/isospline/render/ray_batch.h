@@ -38,8 +38,8 @@ private:
     std::vector<std::array<std::optional<glm::dvec3>, 2>> origins_; ///< of each hit, inside and outside
 };
 
-/// Appends the hits of a batch's rays, as long as at least Absorption::least_visible of the light is left. Surfaces of
-/// opacity 0 are ignored: if the first hit is on one, it is replaced by the next hit, or by a miss.
-void append_hits_behind(RayBatch& batch, RayCaster& caster, const Absorption& absorption, const OpacityOf& opacity_of);
+/// Finds the hits of a batch's rays, as long as at least Absorption::least_visible of the light is left. Surfaces of
+/// opacity 0 are ignored.
+void find_hits_through(RayBatch& batch, RayCaster& caster, const Absorption& absorption, const OpacityOf& opacity_of);
 
 } // namespace isospline

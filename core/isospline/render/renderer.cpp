@@ -168,9 +168,10 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
             const glm::ivec2& pixel = batch.pixels[i];
             batch.rays[i] = projection_.ray(glm::dvec2(pixel) + sample.position, lens_position(sample, pixel));
         }
-        workspace.caster.cast(batch.rays, batch.hits);
         if (absorption_)
-            append_hits_behind(batch, workspace.caster, *absorption_, opacities());
+            find_hits_through(batch, workspace.caster, *absorption_, opacities());
+        else
+            workspace.caster.cast(batch.rays, batch.hits);
 
         if (for_layers) {
             if (layers_.ambient_occlusion)

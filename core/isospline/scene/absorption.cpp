@@ -44,6 +44,11 @@ Absorption::Depth Absorption::depth(const Hit& hit, const Ray& ray) const
     return depth_of(opacity_of_(hit, ray));
 }
 
+bool Absorption::has_opaque() const
+{
+    return std::find(depths_.begin(), depths_.end(), opaque) != depths_.end();
+}
+
 double Absorption::transmittance(Depth depth)
 {
     return depth < darkness ? std::exp2(static_cast<double>(-depth) / halving) : 0.0;

@@ -37,6 +37,8 @@ public:
     /// The depth of each crossing with the instance in a slot, or nothing if it differs from point to point.
     const std::optional<Depth>& depth(std::uint32_t slot) const { return depths_[slot]; }
     Depth depth(const Hit& hit, const Ray& ray) const;
+    /// Whether an object is opaque everywhere.
+    bool has_opaque() const;
 
     /// The part of the light that is left, from 0 to 1.
     static double transmittance(Depth depth);
