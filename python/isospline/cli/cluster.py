@@ -30,8 +30,6 @@ def wants_cluster(arguments):
     name = "--workers" if arguments.scheduler is None else "--scheduler"
     if arguments.workers is not None and arguments.scheduler is not None:
         raise ValueError("--workers cannot be combined with --scheduler")
-    if arguments.session:
-        raise ValueError(f"{name} cannot be combined with --session")
     if given(arguments, LIMITS):
         raise ValueError(f"{flag(given(arguments, LIMITS)[0])} cannot be combined with {name}")
     if arguments.threads:

@@ -26,7 +26,7 @@ from .frames import render_frames
 from .interrupts import heard_interrupts
 from .labels import given_labels, label_surfaces, measure_labels, recognized_labels, set_colors
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
-from .light_options import LIMITS, TONE, flag, given, ground_look, looks
+from .light_options import TONE, given, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
 from .mesh import check_mesh_options, write_mesh
 from .output import check_output
@@ -35,8 +35,12 @@ from .picture import announce_time, background_of, cameras_of, marks_for
 from .placement import read_placed
 from .store import Store, opened
 from .verify import run as run_verify
-from .view import serve, session_image
+from .view import check_beside_session, serve, session_image
 from .write import DISK_ERRORS, check_table, error_text, write_images, write_measures
+
+
+def _parser():
+    return make_parser(demo, info, measure, compare, verify, render, mesh, view, convert)
 
 
 def main(argv=None):
@@ -49,7 +53,7 @@ def main(argv=None):
             sys.stdout.reconfigure(errors="backslashreplace")  # as standard error, for terminals without Unicode
         try:
             typed = join_negative(sys.argv[1:] if argv is None else argv)
-            arguments = make_parser(demo, info, measure, compare, verify, render, mesh, view, convert).parse_args(typed)
+            arguments = _parser().parse_args(typed)
             arguments.run(arguments)
             sys.stdout.flush()
             return 0
@@ -165,6 +169,8 @@ def render(arguments):
 def _render(arguments, write=True):
     """Render one volume; returns the cameras and the levels, which is all that there is to do unless `write`."""
     begin = time.perf_counter()
+    if arguments.session and arguments.file is None:
+        check_beside_session(arguments, _parser())
     arguments.light = arguments.light or ("phong" if arguments.lamp or arguments.shadows else "studio")
     check_output(arguments)
     if (arguments.file is None) == (arguments.session is None):
@@ -174,8 +180,6 @@ def _render(arguments, write=True):
     check_limits(arguments)
     is_distributed = wants_cluster(arguments)
     if arguments.session:
-        if others := given(arguments, (*LIMITS, "nan")):
-            raise ValueError(f"{flag(others[0])} cannot be combined with --session")
         with _progress("rendering", arguments) as progress:
             image = session_image(arguments, progress)
         written = write_images(arguments, [0], [image])

@@ -108,7 +108,8 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
     command.add_argument(
         "--session",
         metavar="FILE",
-        help="a session saved by the viewer, in place of FILE and of options of surfaces, cuts, view and light",
+        help="a session saved by the viewer, in place of FILE and of options of surfaces, cuts, view and light; with "
+        "--size, --samples, --layers, --annotate and --legend",
     )
     command.add_argument(
         "-o",

@@ -11,8 +11,12 @@ import isospline
 
 from ..base.parameters import check_count
 from ..store.detail import is_store
+from .light_options import flag
 from .picture import ALL, largest_of, marks_for
 from .store import check_nan
+
+# The options of ``isospline render`` that a session leaves open.
+_BESIDE_SESSION = {"session", "output", "quiet", "size", "samples", "threads", "layers", "annotate", "legend", "run"}
 
 
 def serve(arguments, reading, say):
@@ -59,6 +63,14 @@ def serve(arguments, reading, say):
         signal.signal(signal.SIGTERM, ends)
 
 
+def check_beside_session(arguments, parser):
+    """Check that no option of ``isospline render`` was given that a session has, or that has no effect with one."""
+    plain = vars(parser.parse_args(["render", f"--session={arguments.session}", f"--output={arguments.output}"]))
+    for name, value in vars(arguments).items():
+        if name not in _BESIDE_SESSION and value != plain[name]:
+            raise ValueError(f"{flag(name)} cannot be combined with --session")
+
+
 def session_image(arguments, progress):
     """The image of a session, as the viewer's last pass draws it."""
     from ..viewer.bundle import is_bundle, unpack
@@ -75,8 +87,6 @@ def session_image(arguments, progress):
         state = open_session(document, read_session(path), folder=folder)
     if state.camera is None:
         raise ValueError(f"{arguments.session}: expected a session with a camera")
-    if arguments.turntable:
-        raise ValueError("--turntable cannot be combined with --session")
     samples = FINAL_SAMPLES[state.light] if arguments.samples is None else arguments.samples
     check_count(samples, "samples", 65536)
     stage = Stage(samples, True)

@@ -60,13 +60,14 @@ class PlotterPicture:
             self._camera(),
             size=(width, height),
             background="#{:02x}{:02x}{:02x}".format(*background),
-            layers=("position",),
+            layers=("position", "mask"),
             **self._options,
         )
         matrix = self._renderer.GetActiveCamera().GetCompositeProjectionTransformMatrix(width / height, 0, 1)
         to_clip = np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
         clip = image.position @ to_clip[2:, :3].T + to_clip[2:, 3]
-        depth = np.nan_to_num(clip[..., 0] / clip[..., 1], nan=1.0).clip(0, 1).astype(np.float32)
+        with np.errstate(divide="ignore", invalid="ignore"):  # pixels without a hit have no position
+            depth = np.where(image.mask, clip[..., 0] / clip[..., 1], 1.0).clip(0, 1).astype(np.float32)
         colors = image.to_srgb()
         alpha = np.full((height, width, 1), 255, np.uint8)
         colors = np.concatenate([colors[..., :3], alpha], axis=-1)[::-1].reshape(-1, 4)  # VTK's rows run upwards

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..clips import HalfSpace
 from ..io import VolumeData, read_volume
 from ..levels import bars, histogram, levels_of_histogram, some_values
 from ..scene import Mesh, Volume
@@ -59,7 +60,7 @@ class Source:
     values: np.ndarray = field(default_factory=lambda: np.zeros(0))
     counts: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     patient: bool = False
-    template: object = None
+    template: Any = None
     scales: Any = None
     masks: dict[Any, np.ndarray] = field(default_factory=dict)
     making: Any = field(default_factory=threading.Lock)
@@ -114,6 +115,21 @@ class Source:
         lower, upper = self.level_range
         if not lower <= level <= upper:
             raise ValueError(f"level: expected {lower:.6g} to {upper:.6g}, the values of {self.name}, got {level:.6g}")
+
+    @functools.cached_property
+    def given_options(self):
+        """The options of the surface that was given, without its level, its largest pieces and whether it is closed."""
+        if self.template is None:
+            return {}
+        state = self.template.__getstate__()
+        planes = [(plane[:3], plane[3]) for plane in state["clip"]]
+        clip = [HalfSpace(offset / (normal @ normal) * normal, normal) for normal, offset in planes]
+        cuts = {"clip": clip, "capped": self.template.capped} if clip else {}
+        mask = state["mask"]
+        if mask is not None:
+            mask = mask.astype(bool).reshape(index_shape(self.item)[::-1])  # by z, y and x
+            mask = mask if self.item.axes == "zyx" else mask.T
+        return {"inside": self.template.inside, "mask": mask, **cuts}
 
     @functools.cached_property
     def presentation(self):

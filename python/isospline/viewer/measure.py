@@ -46,8 +46,10 @@ def measure(scene, ids, camera, size, pixel):
     if "mean_curvature" in known:
         thickness = float(item.thickness(position))
     else:
-        inwards = scene.secondary_rays(ray, hits, -normal[None])
-        thickness = float(scene.cast_rays(inwards, outputs=("t_hit",))["t_hit"][0])
+        # To the other side of this object; others may be within it.
+        inwards = scene.list_intersections(scene.secondary_rays(ray, hits, -normal[None]))
+        own = inwards["t_hit"][inwards["geometry_ids"] == geometry]
+        thickness = float(own[0]) if len(own) else math.inf
     return MeasuredPoint(
         object=next(id for id, each in ids.items() if each == geometry),
         position=tuple(position.tolist()),

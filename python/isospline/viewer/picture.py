@@ -178,23 +178,18 @@ class PictureMaker:
         if each.level is None:
             return item
         cuts, mask = clip.cuts(), source.mask(each.body_level, detail)
+        options = {**source.given_options, "closed": each.closed}
+        if mask is not None or detail is not None:  # a mask that was given is that of the whole volume
+            options["mask"] = mask
         known = (each.source, detail, each.body_level, each.closed)
         if known not in self._indices:
             is_whole = source.template and mask is None and source.template.closed == each.closed
-            self._indices[known] = (
-                source.template if is_whole else Isosurface(item, each.level, mask=mask, closed=each.closed)
-            )
+            self._indices[known] = source.template if is_whole else Isosurface(item, each.level, **options)
         if cuts is None and each.largest == self._indices[known].largest:
             return self._indices[known].with_level(each.level)
-        return Isosurface(
-            item,
-            each.level,
-            mask=mask,
-            largest=each.largest,
-            clip=cuts,
-            capped=bool(cuts) and clip.capped,
-            closed=each.closed,
-        )
+        if cuts is not None:
+            options.update(mask=mask, clip=cuts, capped=clip.capped)
+        return Isosurface(item, each.level, largest=each.largest, **options)
 
     def shadings(self, state, ids, moving=False):
         """A shading for each geometry id."""

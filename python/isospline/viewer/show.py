@@ -107,7 +107,7 @@ def _show(viewer, item, levels):
         viewer.open(item, levels=levels)
     elif isinstance(item, Scene):
         placed = Placement()
-        for _, shown, transform, _ in item._placed_objects():
-            viewer.add(placed(shown, transform))
+        for _, shown, transform, visibility in item._placed_objects():
+            viewer.add(placed(shown, transform), visible=visibility.visible)
     else:
         viewer.add(item, levels=levels)

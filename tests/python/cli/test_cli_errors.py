@@ -383,9 +383,27 @@ def test_a_number_in_place_of_nan_is_refused_with_a_store(nan_files, tmp_path, c
     fails(capsys, 2, told, name, nan_files[2], *options, "--nan", "0")
 
 
-def test_a_number_in_place_of_nan_is_refused_with_a_session(tmp_path, capsys):
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--nan", "0"),
+        ("--background", "red"),
+        ("--light", "path-trace"),
+        ("--aperture", "2"),
+        ("--degree", "1"),
+        ("--spacing", "1,1,9"),
+        ("-l", "3"),
+        ("--clip", "0,0,0,0,0,1"),
+        ("--denoise",),
+        ("--exact",),
+        ("--turntable", "3"),
+        ("--workers", "1"),
+    ],
+)
+def test_options_without_effect_are_refused_with_a_session(option, tmp_path, capsys):
+    name = "--level" if option[0] == "-l" else option[0]
     given = ["render", "--session", tmp_path / "a.json", "-o", tmp_path / "a.png"]
-    fails(capsys, 2, "--nan cannot be combined with --session", *given, "--nan", "0")
+    fails(capsys, 2, f"{name} cannot be combined with --session", *given, *option)
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".nii", ".nii.gz"])

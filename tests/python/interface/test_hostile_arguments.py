@@ -45,7 +45,7 @@ def test_none_is_not_an_object(wrong, got):
         assert str(caught.value).partition("; did you mean ")[0] == f"{message}, got {got}"
 
 
-def test_masked_values_are_not_taken_for_data(volume, tmp_path):
+def test_masked_values_are_not_taken_for_data(volume):
     masked = np.ma.masked_greater(np.arange(60.0).reshape(3, 4, 5), 50)
     points = np.ma.masked_less(np.ones((2, 3)) * [[0], [1]], 0.5)
     for call, name in (
@@ -56,13 +56,19 @@ def test_masked_values_are_not_taken_for_data(volume, tmp_path):
         (lambda: isospline.VolumeData(masked), "data"),
         (lambda: isospline.VolumeData.from_affine(masked, np.eye(4)), "data"),
         (lambda: isospline.Labels(masked), "data"),
-        (lambda: isospline.convert(masked, tmp_path / "store"), "source"),
     ):
         with pytest.raises(ValueError, match=f"^{name}: expected an array without masked values.*, got [0-9]+ masked"):
             call()
     unmasked = np.ma.array(np.arange(60.0).reshape(3, 4, 5))
     assert isospline.Labels(unmasked).shape == isospline.VolumeData(unmasked).shape == (3, 4, 5)
     assert isospline.Volume(unmasked).maximum == isospline.Volume(masked.filled(0)).shape[0] * 20 - 1
+
+
+def test_masked_values_are_not_taken_for_the_source_of_a_store(tmp_path):
+    pytest.importorskip("zarr")
+    masked = np.ma.masked_greater(np.arange(60.0).reshape(3, 4, 5), 50)
+    with pytest.raises(ValueError, match="^source: expected an array without masked values.*, got [0-9]+ masked"):
+        isospline.convert(masked, tmp_path / "store")
 
 
 @pytest.mark.parametrize("stop", [False, 0, 0.0, "", [], np.False_, np.int64(0)])

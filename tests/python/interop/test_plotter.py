@@ -57,3 +57,19 @@ def test_plotters_with_several_views_are_refused():
     plotter = pyvista.Plotter(off_screen=True, shape=(1, 2))
     with pytest.raises(ValueError, match="plotter: expected one with a single view"):
         add_to_plotter(plotter, ball())
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("y", [-1.0, 1.0, 3.0])
+def test_actors_beside_the_surfaces_are_seen(parallel, y):
+    plotter = pyvista.Plotter(off_screen=True, window_size=(64, 48))
+    plotter.set_background("white")
+    plotter.add_mesh(
+        pyvista.Plane(center=(0, y, 0), direction=(0, -1, 0), i_size=8, j_size=8), color="blue", lighting=False
+    )
+    isospline.add_to_plotter(plotter, isospline.Isosurface(isospline.volumes.sphere(0.4).volume(24), 0.0, color="red"))
+    plotter.camera_position = [(0, -5, 0), (0, 0, 0), (0, 0, 1)]
+    if parallel:
+        plotter.enable_parallel_projection()
+    np.testing.assert_array_equal(plotter.screenshot(return_img=True)[2, 2], (0, 0, 255))
+    plotter.close()

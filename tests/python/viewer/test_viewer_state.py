@@ -10,6 +10,7 @@ import isospline
 from isospline import volumes
 from isospline.cli.main import main
 from isospline.viewer.document import Document, read_source, source_of
+from isospline.viewer.measure import measure
 from isospline.viewer.picture import PictureMaker, passes
 from isospline.viewer.script import script
 from isospline.viewer.session import open_session, read_session, session_of, write_session
@@ -287,3 +288,58 @@ def test_a_ct_is_shown_without_its_table(tmp_path, scan_with_table, monkeypatch)
         assert viewer.state.objects == state.objects
     with isospline.view(np.load(path.with_suffix(".npy")), levels=[300], browser=False) as viewer:
         assert viewer.state.objects[0].body_level is None
+
+
+PART = np.arange(24 * 22 * 20).reshape(20, 22, 24) % 24 < 12  # of x
+
+
+@pytest.mark.parametrize("axes", ["zyx", "xyz"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"inside": "below", "closed": True},
+        {"mask": PART},
+        {"clip": isospline.HalfSpace((10.1, 11, 0), (1, 2, 0)), "capped": True},
+    ],
+    ids=["inside", "mask", "clip"],
+)
+def test_other_options_leave_those_of_a_given_surface(options, axes):
+    samples = volumes.sphere(0.6).values((20, 22, 24))
+    if "mask" in options:
+        options = {"mask": PART if axes == "zyx" else PART.T}
+    volume = isospline.Volume(samples if axes == "zyx" else samples.T, axes=axes)
+    surface = isospline.Isosurface(volume, 0.0, **options)
+    with isospline.view(surface, browser=False) as viewer:
+        maker, given = PictureMaker(viewer.document), viewer.state
+        for state, closed in ((given, surface.closed), (given.with_object(0, largest=1), surface.closed)):
+            ids = maker.geometry_ids(state)
+            shown = maker.scene.object(ids[0])
+            assert (shown.inside, shown.closed, shown.capped) == (surface.inside, closed, surface.capped)
+            assert shown.enclosed_volume().value == pytest.approx(surface.enclosed_volume().value, rel=1e-3)
+        opened = given.with_object(0, closed=not surface.closed)
+        expected = isospline.Isosurface(surface.volume, 0.0, **{**options, "closed": not surface.closed})
+        shown = maker.scene.object(maker.geometry_ids(opened)[0])
+        assert shown.area().value == pytest.approx(expected.area().value, rel=1e-3)
+        cut = given.replace(clip=ClipState("plane", (12.0, 11.0, 10.0), (0.0, 1.0, 0.0)))
+        assert maker.scene.object(maker.geometry_ids(cut)[0]).inside == surface.inside
+
+
+def test_hidden_objects_of_a_scene_are_hidden():
+    ball = volumes.sphere(0.6).volume(16)
+    scene = isospline.Scene([isospline.Isosurface(ball, 0.0), isospline.Isosurface(ball, 0.1)])
+    scene.set_visibility(scene.ids[1], visible=False)
+    with isospline.view(scene, browser=False) as viewer:
+        assert [each.visible for each in viewer.state.objects] == [True, False]
+
+
+def test_the_thickness_of_an_object_is_its_own():
+    """An object within does not end the way to the other side."""
+
+    def cube(half):
+        corners = half * (2.0 * np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(8, 3) - 1)
+        faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        return isospline.Mesh(corners, [f for a, b, c, d in faces for f in ((a, b, c), (a, c, d))])
+
+    scene = isospline.Scene([cube(0.8), cube(0.3)])
+    camera = isospline.camera_for(scene, view="front", size=(64, 48))
+    assert measure(scene, {0: 0, 1: 1}, camera, (64, 48), (32, 24)).thickness == pytest.approx(1.6)
