@@ -58,7 +58,7 @@ class SurfaceMeasures(_core.Isosurface):
         cells with random shifts [2]_, which are the same in every run. The errors of cells mostly cancel, because
         the lines continue in the next cell. The stated error is four standard deviations, or more where these are not
         well known, plus 2.5e-7 of the integral for rounding. A second lattice in one of four columns of cells tells the
-        deviation.
+        deviation. Where the surface is rough in few columns, it is that of the halves of each lattice.
         Solids of less than 1000 cells, and tolerances that lines do not reach, need quadrature in every cell [1]_:
         where the surface is smooth, its error falls geometrically with the order. Its stated error is the sum over all
         parts of cells of the difference from the rules with one and two nodes less, whichever is larger, plus a bound
