@@ -9,6 +9,7 @@ import re
 from pathlib import Path
 
 from ..base.parameters import check_path
+from ..io.files import files_of
 from ..io.read import FORMATS
 from ..picture.sequences import PICTURES, VIDEOS, is_numbered, numbered
 from ..store import time_steps
@@ -30,14 +31,14 @@ def render_frames(arguments, render, say):
     if arguments.file is None:
         raise ValueError("FILE: expected a time series or a folder of volumes, got none")
     check_path(arguments.file)
-    frames, is_series = _frames_of(Path(arguments.file))
+    frames, is_series = _frames_of(Path(arguments.file), arguments.shape)
     outputs = _outputs(arguments.output, [name for name, _ in frames])
     record = Record(record_path(arguments.output))
     options = options_of(arguments)
     if is_series:
-        options["first"] = identity(frames[0][1])
+        options["first"] = identity(frames[0][1], arguments.shape)
     for number, ((_, path), output) in enumerate(zip(frames, outputs)):
-        made_of = {**options, "volume": identity(path)}
+        made_of = {**options, "volume": identity(path, arguments.shape)}
         is_made = os.path.exists(output) and record.has(output, made_of)
         frame = argparse.Namespace(**{**vars(arguments), "file": str(path), "output": str(output)})
         if is_made:
@@ -52,7 +53,7 @@ def render_frames(arguments, render, say):
             arguments.cameras, arguments.level = cameras, levels
 
 
-def _frames_of(path):
+def _frames_of(path, shape):
     """Names and paths of the volumes to render, and whether they are a time series."""
     if not path.exists():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
@@ -64,6 +65,8 @@ def _frames_of(path):
             raise ValueError(f"{path}: expected a time series, got a store of one volume: render it without --frames")
         return [(step.name, step) for step in steps], True
     files = [file for file in sorted(path.iterdir(), key=_by_number) if _is_volume(file)]
+    named = {part for file in files if file.is_file() for part in files_of(file, shape)[1:]}  # by the headers
+    files = [file for file in files if os.path.realpath(file) not in named]
     if not files:
         raise ValueError(f"{path}: expected a folder of volumes, got none in it")
     return [(file.name, file) for file in files], False

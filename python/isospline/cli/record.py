@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from pathlib import Path
 
 import isospline
 
 from ..base.system import whole_file
+from ..io.files import files_of
 from ..picture.sequences import PICTURES
 
 #: Options that do not change a picture.
@@ -53,7 +53,7 @@ class Record:
 
 def turntable_record(arguments):
     """The record of a turntable's numbered pictures, and what they are made of."""
-    volume = arguments.file and identity(Path(arguments.file))
+    volume = identity(arguments.file, arguments.shape)
     return Record(record_path(arguments.output)), {**options_of(arguments), "volume": volume}
 
 
@@ -62,15 +62,16 @@ def options_of(arguments):
     options = {name: value for name, value in vars(arguments).items() if name not in _WITHOUT_EFFECT}
     texts = [text for value in options.values() for text in (value if isinstance(value, list) else [value])]
     parts = {part for text in texts if isinstance(text, str) for part in (text, *text.split("@"))}
-    files = {part: identity(Path(part)) for part in parts if os.path.isfile(part)}
+    files = {part: identity(part) for part in parts if os.path.isfile(part)}
+    if arguments.color_by and os.path.isdir(arguments.color_by):
+        files[arguments.color_by] = identity(arguments.color_by)
     return {"isospline": isospline.__version__, **options, "files": files}
 
 
-def identity(path):
-    """Name, size and time of a file or a store, which change with it."""
-    store = path / "zarr.json"
-    status = os.stat(store if store.exists() else path)
-    return {"name": path.name, "bytes": status.st_size, "changed": status.st_mtime_ns}
+def identity(path, shape=None):
+    """Names, sizes and times of the files that a volume is read from, or of any other file."""
+    files = [(os.path.basename(file), os.stat(file)) for file in files_of(path, shape)]
+    return [{"name": name, "bytes": status.st_size, "changed": status.st_mtime_ns} for name, status in files]
 
 
 def record_path(output):

@@ -121,6 +121,11 @@ def begins_as_dicom(path):
     return beginning[128:] == b"DICM" or (len(beginning) < 132 and not beginning[:128].strip(b"\0"))
 
 
+def slices_of(folder):
+    """The files in a folder that look like DICOM."""
+    return [file for file in _entries_of(folder) if _looks_like_a_slice(file)]
+
+
 def may_have_slices(folder):
     """Whether a folder has files that look like DICOM, or some that are no regular files, which the reader refuses."""
     return any(not file.is_file() or _looks_like_a_slice(file) for file in _entries_of(folder))

@@ -64,6 +64,11 @@ def read(path, load=read_samples, *, within=None):
     return about.to_volume_data(data).replace(patient=_is_patient(header))
 
 
+def sample_files(path):
+    """The files with the samples that a header names, or the file itself."""
+    return [part for part, _ in _parts(path, *_read_header(path))]
+
+
 def _is_patient(header):
     """Whether the header names anatomical directions of the axes, such as RAI; ??? means none."""
     letters = header.get("AnatomicalOrientation", "").upper()

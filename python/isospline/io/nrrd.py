@@ -53,8 +53,7 @@ def read(path, load=read_samples, *, within=None, layered=False):
     """
     header, names, begin, _ = read_header(path)
     layers = _take_layers(header) if layered else ()
-    folder = os.path.dirname(utf8(path))
-    files = [os.path.join(folder, name) for name in names] if names is not None else [path]
+    files = _placed(path, names)
     for file in files:
         check_within(file, within, "files of samples")
         check_file(file)
@@ -89,6 +88,16 @@ def read(path, load=read_samples, *, within=None, layered=False):
         parts = _parts(files, begin, header, math.prod(shape) * dtype.itemsize)
         data = load(parts, shape, dtype, _COMPRESSIONS[encoding])
     return checked.to_volume_data(data).replace(**about)
+
+
+def sample_files(path):
+    """The files with the samples that a header names, or the file itself."""
+    return _placed(path, read_header(path).names)
+
+
+def _placed(path, names):
+    """The paths of files that the header of another names; the path itself if it names none."""
+    return [path] if names is None else [os.path.join(os.path.dirname(utf8(path)), name) for name in names]
 
 
 def _read(function, file, begin, shape, dtype):

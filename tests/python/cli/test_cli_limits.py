@@ -1,5 +1,6 @@
 """Long renderings of the command line: noise and time limits, Ctrl-C, checkpoints, and messages on the way."""
 
+import os
 import re
 import signal
 import subprocess
@@ -198,6 +199,23 @@ def test_a_turntable_continues_with_the_missing_pictures(ball, tmp_path, capsys,
     assert main([*command, "--resume", "--background", "red"]) == 0
     assert "0 of 4 pictures exist already" in capsys.readouterr().err
     assert all(path.read_bytes() != before for path, before in zip(paths, whole))
+
+
+def test_a_turntable_of_changed_files_begins_again(ball, tmp_path, capsys):
+    tifffile = pytest.importorskip("tifffile")
+    pytest.importorskip("zarr")
+    slices, store = tmp_path / "slices", isospline.convert(np.load(ball), tmp_path / "a.zarr")
+    slices.mkdir()
+    for number, page in enumerate(np.load(ball)):
+        tifffile.imwrite(slices / f"{number}.tif", page)
+    for volume in (slices, store):
+        command = ["render", str(volume), "-l", "0", "--size", "16x12", "--fast", "--turntable", "2", "--resume"]
+        changed = min(path for path in volume.rglob("*") if path.is_file())
+        for kept in (0, 2, 0):
+            assert main([*command, "-o", str(tmp_path / f"{volume.stem}-#.png")]) == 0
+            assert f"{kept} of 2 pictures exist already" in capsys.readouterr().err
+            if kept:
+                os.utime(changed, (0, 0))
 
 
 def test_a_full_disk_is_told_and_leaves_no_part(ball, picture, checkpoint, capsys, monkeypatch):

@@ -11,6 +11,7 @@ from placed_images import DIRECTIONS, ORIGIN, SHAPE, SPACING, directions, itk_im
 
 import isospline
 from isospline import read_volume
+from isospline.io.files import files_of
 
 nibabel = pytest.importorskip("nibabel")
 nrrd = pytest.importorskip("nrrd")
@@ -537,6 +538,29 @@ def test_detached_samples_must_be_there(tmp_path, data):
         (tmp_path / samples).unlink()
         with pytest.raises((ValueError, FileNotFoundError), match=f"{name}|{samples}"):
             read_volume(tmp_path / name)
+
+
+def test_the_files_of_a_volume_are_those_that_are_read(tmp_path, data):
+    for name in ("a.nhdr", "b.mhd", "c.nrrd"):
+        SimpleITK.WriteImage(itk_image(data), tmp_path / name)
+    write_slices(tmp_path / "series", data)
+    (tmp_path / "pages").mkdir()
+    for number, page in enumerate(data):
+        tifffile.imwrite(tmp_path / "pages" / f"{number}.tif", page)
+    slices = {folder: sorted((tmp_path / folder).iterdir()) for folder in ("series", "pages")}
+    for folder in slices:
+        (tmp_path / folder / "picture.png").write_bytes(b"a picture of it")
+
+    def names(path, **options):
+        return [Path(file).relative_to(tmp_path).as_posix() for file in files_of(tmp_path / path, **options)]
+
+    assert names("a.nhdr") == ["a.nhdr", "a.raw"] and names("b.mhd") == ["b.mhd", "b.raw"]
+    assert names("c.nrrd") == ["c.nrrd"] and names("a.raw") == ["a.raw"]
+    assert names("a.nhdr", shape=SHAPE) == ["a.nhdr"]
+    assert all(files_of(tmp_path / folder) == list(map(str, files)) for folder, files in slices.items())
+    (tmp_path / "a.nhdr").write_text("nonsense", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"a\.nhdr: cannot be read as NRRD: expected"):
+        files_of(tmp_path / "a.nhdr")
 
 
 def test_colours_are_refused(tmp_path, rng):

@@ -1,5 +1,7 @@
 """Time series in stores, and many pictures at once."""
 
+import os
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -193,6 +195,22 @@ def test_a_folder_of_volumes_makes_a_folder_of_pictures(steps, tmp_path):
     ]
     assert main(["render", str(folder), "--frames", "-o", str(tmp_path / "a-#.png"), *OPTIONS]) == 0
     assert (tmp_path / "a-0.png").read_bytes() == (pictures / "ball9.png").read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".mhd", ".nhdr"])
+def test_detached_samples_are_no_frames_and_part_of_one(steps, tmp_path, suffix):
+    sitk = pytest.importorskip("SimpleITK")
+    folder, pictures = tmp_path / "volumes", tmp_path / "pictures"
+    folder.mkdir()
+    given = ["render", str(folder), "--frames", "-o", str(pictures), *OPTIONS]
+    for step in steps[:2]:
+        sitk.WriteImage(sitk.GetImageFromArray(step), folder / f"a{suffix}")
+        os.utime(folder / f"a{suffix}", (0, 0))
+        assert main(given) == 0
+    assert sorted(each.name for each in pictures.iterdir()) == ["a.png", "frames.json"]
+    other = tmp_path / "other"
+    assert main(["render", str(folder / f"a{suffix}"), "-o", f"{other}.png", *OPTIONS]) == 0
+    assert (pictures / "a.png").read_bytes() == other.with_suffix(".png").read_bytes()
 
 
 def test_frames_that_make_no_sense_are_refused(steps, tmp_path, capsys):
