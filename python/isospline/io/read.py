@@ -97,7 +97,8 @@ def read_volume(
     direction : (3, 3) float, optional
         Replaces that of the file; its columns are the directions of x, y and z.
     name : str, optional
-        Name of the part to read: an array of a VTK file, or a Series Instance UID in a folder of DICOM files.
+        Name of the part to read: an array of a VTK file, or a Series Instance UID in a folder of DICOM files. Other
+        formats have one array, and refuse a name.
     nan : float, optional
         Finite number in place of samples that are NaN, as outside of a mask; by default they stay, and models refuse
         them.
@@ -201,10 +202,33 @@ def check_frame(
     }
 
 
+def check_used(
+    path: str | os.PathLike[str],
+    *,
+    shape: Any = None,
+    dtype: Any = None,
+    offset: int = 0,
+    name: str | None = None,
+    has_names: bool = False,
+) -> None:
+    """Refuse options of `read_volume` that have no effect: folders are not raw, and few formats have named parts."""
+    raw = {"shape": shape, "dtype": dtype, "offset": offset or None}
+    if os.path.isdir(path):
+        for option, value in raw.items():
+            if value is not None:
+                raise ValueError(f"{option}: expected none for the folder {printable(path)}, got {value}")
+    elif shape is None and (dtype is not None or offset):
+        raise ValueError("shape: expected the shape of a raw file with dtype and offset, got None")
+    if name is not None and not has_names:
+        raise ValueError(f"name: expected none for {printable(path)}, which has one array, got {name!r}")
+
+
 def _reader(path, shape, dtype, offset, options):
     """Name of the format of a path, and the function that reads it."""
+    raw, named = {"shape": shape, "dtype": dtype, "offset": offset}, {"name": options["name"]}
     if path.is_dir():
         if tiff.slices_of(path):
+            check_used(path, **raw, **named)
             return "TIFF slices", lambda path: tiff.read_folder(path, within=options["within"])
         if (path / "zarr.json").is_file():
             raise ValueError(
@@ -215,6 +239,7 @@ def _reader(path, shape, dtype, offset, options):
             raise ValueError(
                 f"{printable(path)}: expected a folder with a DICOM series or TIFF slices, got one without images"
             )
+        check_used(path, **raw, **named, has_names=True)
         return "DICOM series", lambda path: dicom.read_folder(path, **options)
     check_file(path)
     with open(path, "rb") as file:
@@ -223,9 +248,10 @@ def _reader(path, shape, dtype, offset, options):
     file_name = path.name.lower()
     suffix = next((suffix for suffix in sorted(FORMATS, key=len, reverse=True) if file_name.endswith(suffix)), None)
     if shape is not None or file_name.endswith(".raw"):
+        check_used(path, **named)
         return "raw", lambda path: arrays.read_raw(path, shape, dtype, offset)
-    if dtype is not None or offset:
-        raise ValueError("shape: expected the shape of a raw file with dtype and offset, got None")
+    has_names = suffix is not None and "name" in FORMATS[suffix][2]
+    check_used(path, **raw, **named, has_names=has_names)
     if suffix is None:
         if beginning[128:] == b"DICM":
             return "DICOM", dicom.read_file

@@ -11,7 +11,7 @@ from typing import Any
 from ..base.parameters import check_path
 from ..io import VolumeData, nifti, nrrd, read_volume
 from ..io.confinement import check_within
-from ..io.read import check_frame, errors_name
+from ..io.read import check_frame, check_used, errors_name
 from .segments import Given, Segment, categorical_color, srgb
 
 
@@ -22,7 +22,7 @@ def read(path: str | os.PathLike[str], **place: Any) -> tuple[VolumeData, list[S
     """
     check_path(path)
     name = os.fspath(path).lower()
-    if name.endswith((".nrrd", ".nhdr")) and os.path.isfile(path):
+    if name.endswith((".nrrd", ".nhdr")) and os.path.isfile(path) and place.get("shape") is None:
         with errors_name(path, "NRRD"):
             values = nrrd.read_header(path).values
             segments = _slicer_segments(values)
@@ -37,6 +37,7 @@ def read(path: str | os.PathLike[str], **place: Any) -> tuple[VolumeData, list[S
 def _read_layers(path, place):
     """The samples of a segmentation of Slicer; `read_volume` reads files with one layer only."""
     within = place.get("within")
+    check_used(path, **{option: place[option] for option in ("dtype", "offset", "name") if option in place})
     frame = check_frame(*(place.get(name) for name in ("spacing", "origin", "direction")))
     with errors_name(path, "NRRD"):
         check_within(path, within, "a path")

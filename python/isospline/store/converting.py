@@ -90,7 +90,8 @@ def convert(
         Bytes that this process may use, including those that it already uses, or a text such as ``"2GB"``; with a
         client, bytes of each worker.
     workers : int, optional
-        Largest number of blocks at a time; by default one for each processor, if the memory is sufficient.
+        Largest number of blocks at a time; by default one for each processor, if the memory is sufficient. Not with a
+        client, which has its own.
     client : dask.distributed.Client, optional
         The cluster that computes the blocks. Its workers must find the source and the store at the same paths.
     overwrite : bool
@@ -140,6 +141,8 @@ def convert(
         check_count(workers, "workers")
     if client is not None and not (hasattr(client, "nthreads") and hasattr(client, "map")):
         raise TypeError(sentence("client", "a dask.distributed.Client or None", client))
+    if client is not None and workers is not None:
+        raise ValueError("workers: cannot be combined with a client, which has its own")
     check_type(overwrite, "overwrite", (bool, np.bool_), "True or False")
     check_type(image, "image", (bool, np.bool_), "True or False")
     limit = parse_memory(memory_limit)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.parameters import check_path, printable
 from ..io import VolumeData
+from ..io.read import check_used
 from . import layout
 from .conversion import check_options
 from .metadata import VERSION, errors_name_store, group_attributes
@@ -35,6 +36,7 @@ def steps_of(given: Any, axes: str, reading: dict[str, Any]) -> list[Opening] | 
         path = Path(given)
         if not ome_zarr.is_zarr(path):
             return None
+        check_used(path, **reading, has_names=True)
         count = ome_zarr.open_zarr(path, reading["name"], axes)[1]
         if count is None:
             return None

@@ -161,6 +161,26 @@ def test_dicom_with_a_slice_missing_is_refused(tmp_path, data):
         read_volume(tmp_path / "series")
 
 
+@pytest.mark.parametrize("read", [read_volume, lambda path, **options: isospline.convert(path, "a.zarr", **options)])
+def test_options_without_effect_are_refused(tmp_path, data, read, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.save("a.npy", data)
+    tifffile.imwrite("b.tif", data, photometric="minisblack")
+    SimpleITK.WriteImage(itk_image(data), "c.nrrd")
+    write_slices(tmp_path / "series", data)
+    (tmp_path / "pages").mkdir()
+    tifffile.imwrite("pages/0.tif", data[0])
+    for path in ("a.npy", "b.tif", "c.nrrd", "pages"):
+        with pytest.raises(ValueError, match=f"^name: expected none for {path}, which has one array, got 'x'"):
+            read(path, name="x")
+    for path in ("series", "pages"):
+        for option in (dict(shape=SHAPE), dict(dtype="u1"), dict(offset=8)):
+            with pytest.raises(ValueError, match=f"^{min(option)}: expected none for the folder {path}, got"):
+                read(path, **option)
+    with pytest.raises(ValueError, match="^shape: expected the shape of a raw file with dtype and offset, got None"):
+        read("b.tif", dtype="u1")
+
+
 def test_dicom_series_is_chosen_by_name(tmp_path, data):
     write_slices(tmp_path / "series", data)
     write_slices(tmp_path / "series", data[::-1], uid="1.2.9")

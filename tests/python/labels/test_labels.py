@@ -203,6 +203,8 @@ def test_overlapping_segments_of_slicer(tmp_path):
     with pytest.raises(ValueError, match="within"):
         Labels.read(tmp_path / "b.seg.nrrd", within=tmp_path / "elsewhere")
     assert Labels.read(tmp_path / "b.seg.nrrd", spacing=2).frame["spacing"] == (2, 2, 2)
+    with pytest.raises(ValueError, match=r"name: expected none for .*b\.seg\.nrrd, which has one array, got 'x'"):
+        Labels.read(tmp_path / "b.seg.nrrd", name="x")
     assert labels.surface(3).enclosed_volume().value == pytest.approx(729 * 0.7 * 0.8 * 2, rel=0.005)
 
 

@@ -363,6 +363,8 @@ def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
         path = isospline.convert(tmp_path / "a.npy", tmp_path / "cluster.zarr", chunk=16, shard=16, client=client)
         with pytest.raises(ValueError, match="expected finite numbers"):
             isospline.convert(np.full((9, 9, 9), np.inf), tmp_path / "bad.zarr", client=client)
+        with pytest.raises(ValueError, match="workers: cannot be combined with a client, which has its own"):
+            isospline.convert(tmp_path / "a.npy", tmp_path / "bad.zarr", client=client, workers=2)
     assert contents(path) == contents(made)
 
 

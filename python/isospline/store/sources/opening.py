@@ -14,7 +14,7 @@ from ...base.mistakes import sentence
 from ...base.parameters import check_path, printable, refuse_masked
 from ...io import VolumeData, metaimage, nifti, nrrd, read_volume, tiff
 from ...io.checks import check_file
-from ...io.read import errors_name
+from ...io.read import check_used, errors_name
 from ..ome import name_of_unit
 from . import ome_zarr, stacks
 from .chunked import ORDERS, ChunkedSource, load
@@ -57,22 +57,26 @@ def _of_path(given, axes, reading):
     path, name = Path(given), reading["name"]
     within = re.fullmatch(rf"(.+({'|'.join(map(re.escape, _HDF5))})):/*(.*)", os.fspath(given), re.IGNORECASE)
     if within and not path.exists():
+        check_used(given, **reading)
         path, name = Path(within[1]), within[3]
     if path.is_dir():
         return _of_folder(path, axes, reading)
     check_file(path)
     suffix = path.name.lower()
     if suffix.endswith(_HDF5) and reading["shape"] is None:
+        check_used(path, **reading, has_names=True)
         with errors_name(path, "HDF5", "store"):
             return ChunkedSource(path, "hdf5", _dataset(path, name), ORDERS[axes])
     if suffix.endswith(".npy") and reading["shape"] is None:
         return _of_array(read_volume(path, **reading).data, axes)
     _check_axes(given, axes)
     if suffix.endswith(tiff.SUFFIXES) and reading["shape"] is None:
+        check_used(path, **reading)
         with errors_name(path, "TIFF"):
             return stacks.open_tiff(path)
     for suffixes, (format, read) in _LAZY.items():
         if suffix.endswith(suffixes) and reading["shape"] is None:
+            check_used(path, **reading)
             with errors_name(path, format):
                 return _of_volume_data(read(path))
     return _of_volume_data(read_volume(path, **reading))
@@ -80,6 +84,7 @@ def _of_path(given, axes, reading):
 
 def _of_folder(path, axes, reading):
     name = reading["name"]
+    check_used(path, **reading, has_names=True)
     if ome_zarr.is_zarr(path):
         with errors_name(path, "Zarr", "store"):
             return ome_zarr.open_zarr(path, name, axes)[0]
@@ -88,6 +93,7 @@ def _of_folder(path, axes, reading):
         with errors_name(path, "N5", "store"):
             return ome_zarr.open_n5(path, name)
     if tiff.slices_of(path):
+        check_used(path, **reading)
         with errors_name(path, "TIFF slices"):
             return stacks.open_tiff_folder(path)
     with errors_name(path, "DICOM series"):
