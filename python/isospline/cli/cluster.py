@@ -7,7 +7,8 @@ from typing import Any
 
 from .. import PathTracer, distributed
 from ..distributed.cluster import dask_distributed
-from .light_options import LIMITS, flag, given
+from .given import flag, given
+from .light_options import LIMITS
 from .limits import DEFAULT_SAMPLES
 from .types import count
 
@@ -27,14 +28,17 @@ def wants_cluster(arguments):
     """Whether pictures come from a cluster; checks for options that are not allowed with one."""
     if arguments.workers is None and arguments.scheduler is None:
         return False
+    check_place(arguments)
     name = "--workers" if arguments.scheduler is None else "--scheduler"
+    for option in given(arguments, (*LIMITS, "threads")):
+        raise ValueError(f"{flag(option)} cannot be combined with {name}")
+    return True
+
+
+def check_place(arguments):
+    """Check that there is one place for the work."""
     if arguments.workers is not None and arguments.scheduler is not None:
         raise ValueError("--workers cannot be combined with --scheduler")
-    if given(arguments, LIMITS):
-        raise ValueError(f"{flag(given(arguments, LIMITS)[0])} cannot be combined with {name}")
-    if arguments.threads:
-        raise ValueError(f"--threads cannot be combined with {name}")
-    return True
 
 
 def cluster_images(scene, cameras, options, arguments, progress):

@@ -8,12 +8,14 @@ import numpy as np
 
 import isospline
 
+from ..base.views import SIZE
 from ..interop.mesh_output import MESHES
 from ..interop.mesh_topology import equal_rows
 from ..picture.sequences import check_folder
 from ..suggest.presentation import suggested_surface
+from .given import MODEL, keywords, refuse
 from .levels import choose_levels, make_surfaces
-from .picture import add_largest
+from .picture import add_inside, add_largest
 from .summary import unit_power
 from .write import writing
 
@@ -37,7 +39,7 @@ def add_compare(commands, compare, add_input, add_spline, types):
     group.add_argument("-l", "--level", type=float, action="append", help="of FILE; by default the suggested one")
     group.add_argument("--other-level", type=float, metavar="LEVEL", help="of OTHER; by default the suggested one")
     add_spline(group, (1, 2, 3))
-    group.add_argument("--inside", choices=("above", "below"), default="above", help="the solid side of the level")
+    add_inside(group)
     add_largest(group)
     group = command.add_argument_group("distances")
     group.add_argument(
@@ -48,7 +50,7 @@ def add_compare(commands, compare, add_input, add_spline, types):
     group.add_argument(
         "--limits", type=types.numbers(2), metavar="A,B", help="distances of the first and the last colour"
     )
-    group.add_argument("--size", type=types.size, default=(640, 480), metavar="WxH", help="in pixels (default 640x480)")
+    group.add_argument("--size", type=types.size, metavar="WxH", help="in pixels (default 640x480)")
 
 
 def run(arguments, read, progress, say, unicode):
@@ -58,6 +60,8 @@ def run(arguments, read, progress, say, unicode):
             raise ValueError(f"{path}: expected a name that ends in {suffix}")
         if path is not None:
             check_folder(path)
+    if arguments.output is None:
+        refuse(arguments, ("limits", "size"), "--output")
     if len(arguments.level or ()) > 1:
         raise ValueError(f"--level: expected one level to compare, got {len(arguments.level)}")
     is_mesh = arguments.other.lower().endswith(MESHES)
@@ -65,9 +69,9 @@ def run(arguments, read, progress, say, unicode):
         raise ValueError(f"--other-level: expected a volume to compare with, got the mesh {arguments.other}")
     data = read(arguments)
     chosen = choose_levels(data, arguments, say)
-    model = {name: getattr(arguments, name) for name in ("degree", "boundary", "filter", "smoothing")}
+    volume = data.to_volume(**keywords(arguments, MODEL))
     with progress("comparing", arguments):
-        (surface,) = make_surfaces(data.to_volume(**model), chosen, arguments, {"inside": arguments.inside}, say)
+        (surface,) = make_surfaces(volume, chosen, arguments, {}, say)
         other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments)
         if is_mesh and not arguments.unsigned and not is_closed(other):
             say(f"{arguments.other} is not closed, so signs of distances may be wrong; --unsigned leaves them out")
@@ -94,8 +98,8 @@ def is_closed(mesh):
 def _other_surface(arguments):
     volume = isospline.read_volume(arguments.other).to_volume()
     if arguments.other_level is None:
-        return suggested_surface(volume, arguments.inside)
-    return isospline.Isosurface(volume, arguments.other_level, inside=arguments.inside)
+        return suggested_surface(volume, **keywords(arguments, ["inside"]))
+    return isospline.Isosurface(volume, arguments.other_level, **keywords(arguments, ["inside"]))
 
 
 def _write_picture(arguments, surface, other, found):
@@ -105,7 +109,7 @@ def _write_picture(arguments, surface, other, found):
     image = isospline.render(
         surface,
         color=rule,
-        size=arguments.size,
+        size=arguments.size or SIZE,
         light=isospline.Studio(fast=True),
         annotate=True,
         legend=False,

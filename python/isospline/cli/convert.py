@@ -6,7 +6,8 @@ import time
 
 import isospline
 
-from .cluster import client_of
+from .cluster import check_place, client_of
+from .given import MODEL, keywords
 from .types import memory
 
 
@@ -60,11 +61,9 @@ def add_convert(commands, convert, add_reading, add_spline, numbers):
 def run(arguments, reading, progress, say):
     """Write the store."""
     begin = time.perf_counter()
-    options = {name: getattr(arguments, name) for name in ("degree", "boundary", "filter", "smoothing", "axes")}
-    options |= {
-        name: getattr(arguments, name)
-        for name in ("origin", "chunk", "shard", "image", "memory_limit", "workers", "overwrite")
-    }
+    check_place(arguments)
+    names = ("axes", "origin", "chunk", "shard", "image", "memory_limit", "workers", "overwrite")
+    options = {**keywords(arguments, MODEL), **{name: getattr(arguments, name) for name in names}}
     direction = arguments.direction and [arguments.direction[row : row + 3] for row in (0, 3, 6)]
     try:
         with client_of(arguments.scheduler) as client:

@@ -9,21 +9,15 @@ import isospline
 from ..colors import color_of
 from ..io.label_map import count_of_labels
 from ..labels.segments import find
+from ..labels.surfaces import SMOOTHING
+from .given import MODEL, refuse, refuse_with
+from .store import OF_STORES
 from .summary import unit_power
 from .write import writing
 
-# Options of models, with the values that mean nothing was given.
-_OF_VOLUMES = {
-    "level": None,
-    "degree": 2,
-    "boundary": "mirror",
-    "filter": "interpolate",
-    "smoothing": 0.0,
-    "inside": "above",
-    "frames": False,
-    "tolerance": None,
-    "order": None,
-}
+# Options of isosurfaces and stores, and those of isosurfaces that only pictures of labels have, too.
+_OF_VOLUMES = ("level", *MODEL, "inside", "largest", "frames", "tolerance", "order", *OF_STORES)
+_NOT_MEASURED = ("clip", "clip_box", "capped", "closed")
 # Digits of numbers in a table.
 _DIGITS = 6
 
@@ -43,7 +37,6 @@ def add_labels(command):
     group.add_argument(
         "--label-smoothing",
         type=float,
-        default=1.5,
         metavar="VOXELS",
         help="standard deviation of the smoothing, 0.5 to 4 (default 1.5)",
     )
@@ -56,27 +49,24 @@ def given_labels(arguments, reading):
     is_segmentation = str(arguments.file).lower().endswith((".seg.nrrd", ".seg.nhdr")) and arguments.level is None
     if not (is_named or is_segmentation):
         return None
-    _check_options(arguments)
+    refuse_with(arguments, _OF_VOLUMES, "a label map")
     return isospline.Labels.read(arguments.file, **reading)
 
 
 def recognized_labels(data, arguments, reading, say):
     """The label map that was read as a volume, if it looks like one and no level was given; otherwise None."""
-    if arguments.level is not None or not isinstance(data, isospline.VolumeData):
-        return None
-    count = count_of_labels(data.data)
+    may_be = arguments.level is None and isinstance(data, isospline.VolumeData)
+    count = count_of_labels(data.data) if may_be else None
     if count is None:
+        refuse(arguments, ["label_smoothing"], "a label map", arguments.file)
         return None
     say(f"a label map, as its {count} values are constant over large parts; --level makes an isosurface of the numbers")
-    _check_options(arguments)
+    refuse_with(arguments, _OF_VOLUMES, "a label map")
     return isospline.Labels.read(arguments.file, **reading)
 
 
-def _check_options(arguments):
-    """Refuse options of volumes' models."""
-    for name, default in _OF_VOLUMES.items():
-        if getattr(arguments, name, default) != default:
-            raise ValueError(f"--{name}: expected none with a label map, got {getattr(arguments, name)}")
+def _smoothing(arguments):
+    return SMOOTHING if arguments.label_smoothing is None else arguments.label_smoothing
 
 
 def wanted_labels(labels, arguments):
@@ -99,14 +89,15 @@ def set_colors(labels, arguments):
 def label_surfaces(labels, arguments, **options):
     """The surfaces of the labels that the options choose."""
     chosen = wanted_labels(labels, arguments)
-    return labels.surfaces(chosen, smoothing=arguments.label_smoothing, **options)
+    return labels.surfaces(chosen, smoothing=_smoothing(arguments), **options)
 
 
 def measure_labels(labels, arguments, progress, unicode):
     """Print the measures of labels, or write them to a table."""
+    refuse_with(arguments, _NOT_MEASURED, "measures of a label map")
     with progress("measuring", arguments) as report:
         chosen = wanted_labels(labels, arguments)
-        found = labels.measure(chosen, smoothing=arguments.label_smoothing, progress=report)
+        found = labels.measure(chosen, smoothing=_smoothing(arguments), progress=report)
     unit = labels.frame["unit"]
     if arguments.output:
         with writing():

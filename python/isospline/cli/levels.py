@@ -11,6 +11,7 @@ import isospline
 from ..base.views import DEFAULT_VIEW
 from ..suggest.presentation import Presentation, has_directions
 from ..suggest.view import SuggestedView
+from .given import keywords
 from .picture import ALL, kept_pieces, largest_of
 from .store import Store, presented
 
@@ -35,7 +36,7 @@ def choose_levels(data: Any, arguments: Any, say: Any) -> Chosen:
         if arguments.level is not None:
             return Chosen(arguments.level)
         raise ValueError(f"{arguments.file}: expected samples that differ, all of them are {data.data.flat[0]}")
-    shown = presented(data, suggested, arguments.inside)
+    shown = presented(data, suggested, **keywords(arguments, ["inside"]))
     if needs_view and shown.view.reason:
         wrong = "the directions of the file seem wrong: " if data.patient else ""
         say(f"{wrong}{shown.view.reason}; --view three-quarter is the view by the directions of the file")
@@ -57,6 +58,7 @@ def choose_levels(data: Any, arguments: Any, say: Any) -> Chosen:
 
 def make_surfaces(volume: Any, chosen: Chosen, arguments: Any, options: dict[str, Any], say: Any) -> list[Any]:
     """The isosurfaces at the chosen levels, without what a picture does not show; `say` tells what is left out."""
+    options = {**options, **keywords(arguments, ["inside"])}
     if chosen.confined is not None:
         options = {**options, "mask": chosen.confined.mask(volume)}
         if chosen.confined.body_level is not None:

@@ -11,6 +11,7 @@ from ..interop.mesh_output import MESHES
 from ..picture.environments import upright_rotation
 from ..picture.materials import UNLIT
 from ..picture.tone import CURVES
+from .given import flag, given, keywords, refuse
 from .picture import studio_looks
 
 OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
@@ -25,10 +26,10 @@ LIMITS = (*LONG, "resume")
 
 #: The values of --light, and the options that not all of them support.
 LIGHTS: dict[str, tuple[str, ...]] = {
-    "studio": OPACITY,
+    "studio": ("fast", *OPACITY),
     "phong": ("lamp", "shadows", *GROUND, *TONE, *OPACITY),
     "unlit": (*GROUND, *OPACITY),
-    "outline": (*TONE, *OPACITY),
+    "outline": ("exponent", *TONE, *OPACITY),
     "ambient-occlusion": (*GROUND, *TONE, *OPACITY),
     "path-trace": ("lamp", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *LONG),
 }
@@ -36,22 +37,19 @@ LIGHTS: dict[str, tuple[str, ...]] = {
 
 def looks(arguments, count):
     """The shading or the material of each of `count` objects, and a function that makes the light of a dict of them."""
-    for option in given(arguments, sorted({option for options in LIGHTS.values() for option in options})):
+    for option in sorted({option for options in LIGHTS.values() for option in options}):
         shadings = [shading for shading, options in LIGHTS.items() if option in options]
         if arguments.light not in shadings:
             expected = ", ".join(shadings[:-1]) + " or " * (len(shadings) > 1) + shadings[-1]
-            raise ValueError(f"{flag(option)}: expected --light {expected} with it, got {arguments.light}")
-
-    if arguments.ground_color and not arguments.ground:
-        raise ValueError("--ground-color: expected --ground with it, got none")
+            refuse(arguments, [option], f"--light {expected}", arguments.light)
+    if not arguments.ground:
+        refuse(arguments, ["ground_color"], "--ground")
     colors = _colors(arguments, count)
     opacities = _opacities(arguments, count)
     lights = arguments.lamp and [_directional(lamp) for lamp in arguments.lamp]
     if arguments.light == "studio":
         studio = isospline.Studio(fast=arguments.fast, up=arguments.up)
         return studio_looks(colors, opacities), lambda materials: studio.replace(materials=materials)
-    if arguments.fast:
-        raise ValueError(f"--fast: expected --light studio with it, got {arguments.light}")
     if arguments.light == "phong":
         options = dict(lights=lights, shadows=arguments.shadows)
         return [isospline.Phong(**look, **options) for look in _together(colors, opacities)], dict
@@ -59,7 +57,8 @@ def looks(arguments, count):
         return [isospline.Phong(**look, **UNLIT) for look in _together(colors, opacities)], dict
     if arguments.light == "outline":
         surfaces = [{f"surface_{name}": color for name, color in each.items()} for each in colors]
-        return [isospline.Outline(arguments.exponent, **look) for look in _together(surfaces, opacities)], dict
+        options = keywords(arguments, ["exponent"])
+        return [isospline.Outline(**look, **options) for look in _together(surfaces, opacities)], dict
     if arguments.light == "ambient-occlusion":
         return [isospline.AmbientOcclusion(**look) for look in _together(colors, opacities)], dict
     materials = [
@@ -71,8 +70,7 @@ def looks(arguments, count):
     environment = _environment(arguments)
     if environment is not None or not lights:
         lights.append(environment or isospline.EnvironmentLight())
-    options = {name: getattr(arguments, name) for name in PATH_TRACER if getattr(arguments, name) is not None}
-    path_tracer = isospline.PathTracer(lights=lights, **options)
+    path_tracer = isospline.PathTracer(lights=lights, **keywords(arguments, PATH_TRACER))
     return materials, lambda each: path_tracer.replace(materials=each)
 
 
@@ -83,17 +81,6 @@ def ground_look(arguments, looks):
         return isospline.Material(color, specular=0)
     matt = {"specular": 0} if arguments.light == "phong" else {}
     return looks[0].replace(color=color, cap_color=None, opacity=1, silhouette_opacity=None, **matt)
-
-
-def given(arguments, options):
-    """The options that were given, by their names in the parsed arguments."""
-    values = {option: getattr(arguments, option) for option in options}
-    return [option for option, value in values.items() if value is not None and value is not False and value != []]
-
-
-def flag(option):
-    """An option as it is typed."""
-    return f"--{option.replace('_', '-')}"
 
 
 def _colors(arguments, count):
@@ -108,11 +95,10 @@ def _colors(arguments, count):
 
 def _opacities(arguments, count):
     """The keywords for each object's opacity."""
-    exponent = arguments.silhouette_exponent
-    if exponent is not None and not arguments.silhouette_opacity:
-        raise ValueError(f"--silhouette-exponent: expected --silhouette-opacity with it, got {exponent:g} alone")
-    looks = _keywords(arguments, ("opacity", "silhouette_opacity"), count)
-    return [look if exponent is None else {**look, "silhouette_exponent": exponent} for look in looks]
+    if not arguments.silhouette_opacity:
+        refuse(arguments, ["silhouette_exponent"], "--silhouette-opacity")
+    exponent = keywords(arguments, ["silhouette_exponent"])
+    return [{**look, **exponent} for look in _keywords(arguments, ("opacity", "silhouette_opacity"), count)]
 
 
 def _keywords(arguments, options, count):
@@ -135,10 +121,9 @@ def _together(colors, others):
 def _color_by(arguments):
     """The rule for a surface's colour, or None."""
     what = arguments.color_by
-    options = {name: getattr(arguments, name) for name in ("cmap", "limits") if getattr(arguments, name) is not None}
+    options = keywords(arguments, ("cmap", "limits"))
     if what in (None, "normal"):
-        if options:
-            raise ValueError(f"--{min(options)}: expected --color-by with something that has a value, got {what}")
+        refuse(arguments, options, "--color-by with something that has a value", what)
         return what and isospline.ColorByNormal()
     if what == "depth":
         return isospline.ColorByDepth(**options)
@@ -166,18 +151,15 @@ def _directional(lamp, unit=1.0):
 def _environment(arguments):
     """The environment that the options ask for, or None."""
     sky, rotation = arguments.environment, arguments.environment_rotation
-    others = given(arguments, ENVIRONMENT[1:])
-    if sky is None and others:
-        raise ValueError(f"{flag(others[0])}: expected --environment with it, got none")
     if sky is None:
+        refuse(arguments, ENVIRONMENT[1:], "--environment")
         return None
     intensity = 1.0 if arguments.environment_intensity is None else arguments.environment_intensity
     if not 0 <= intensity < math.inf:
         raise ValueError(f"--environment-intensity: expected a finite number of at least 0, got {intensity:g}")
     visible = arguments.environment_visible
     if not isinstance(sky, str):
-        if rotation is not None:
-            raise ValueError(f"--environment-rotation: expected an image in --environment, got {rotation:g} without")
+        refuse(arguments, ["environment_rotation"], "an image in --environment", ",".join(f"{part:g}" for part in sky))
         return isospline.EnvironmentLight([intensity * part for part in sky] * (3 // len(sky)), visible=visible)
     up, degrees = arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation
     if not (math.isfinite(degrees) and all(map(math.isfinite, up)) and any(up)):

@@ -6,6 +6,7 @@ import math
 import os
 
 from ..picture.sequences import check_folder, is_video, numbered
+from .given import refuse
 from .record import turntable_record
 
 #: Samples of a pixel if nothing else ends a path traced picture.
@@ -51,9 +52,8 @@ def check_limits(arguments):
                 f"--resume: expected numbered pictures, such as turn-####.png, got the video {arguments.output}"
             )
         return
-    if arguments.resume and path is None:
-        raise ValueError("--resume: expected --checkpoint with it, got none")
     if path is None:
+        refuse(arguments, ["resume"], "--checkpoint")
         return
     check_folder(path)
     if arguments.resume:

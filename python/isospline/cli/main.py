@@ -23,15 +23,16 @@ from .compare import run as run_compare
 from .convert import run as run_convert
 from .demo import make_demo
 from .frames import render_frames
+from .given import MODEL, READING, given, keywords, refuse
 from .interrupts import heard_interrupts
 from .labels import given_labels, label_surfaces, measure_labels, recognized_labels, set_colors
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
-from .light_options import TONE, given, ground_look, looks
+from .light_options import TONE, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
 from .mesh import check_mesh_options, write_mesh
 from .output import check_output
-from .parser import BAD_INPUT, FAILED, INTERRUPTED, OPTIONS_OF_FILES, join_negative, make_parser
-from .picture import announce_time, background_of, cameras_of, marks_for
+from .parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
+from .picture import announce_time, background_of, cameras_of, check_camera_options, marks_for
 from .placement import read_placed
 from .store import Store, opened
 from .verify import run as run_verify
@@ -96,6 +97,8 @@ def measure(arguments):
     clip = _clip(arguments)
     if arguments.output:
         check_table(arguments.output)
+        if arguments.json:
+            raise ValueError("--json cannot be combined with --output")
     data, labels = _volume_or_labels(arguments)
     if labels is not None:
         measure_labels(labels, arguments, _progress, _has_unicode())
@@ -178,6 +181,7 @@ def _render(arguments, write=True):
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     check_limits(arguments)
+    check_camera_options(arguments)
     is_distributed = wants_cluster(arguments)
     if arguments.session:
         with _progress("rendering", arguments) as progress:
@@ -206,7 +210,6 @@ def _render(arguments, write=True):
             if labels is not None:
                 surfaces = label_surfaces(labels, arguments, **options)
             else:
-                options["inside"] = arguments.inside
                 surfaces = make_surfaces(volume, chosen, arguments, options, _say)
         return isospline.Scene([*surfaces, *meshes]), surfaces, volume
 
@@ -270,7 +273,6 @@ def _surfaces(volume, chosen, clip, arguments):
             clip=clip,
             capped=arguments.capped,
             closed=arguments.closed,
-            inside=arguments.inside,
             progress=progress,
         )
         surfaces = make_surfaces(volume, chosen, arguments, options, _say)
@@ -281,13 +283,7 @@ def _surfaces(volume, chosen, clip, arguments):
 def _volume(data, arguments):
     """The model that the options specify."""
     with _progress("filtering", arguments) as progress:
-        return data.to_volume(
-            degree=arguments.degree,
-            boundary=arguments.boundary,
-            filter=arguments.filter,
-            smoothing=arguments.smoothing,
-            progress=progress,
-        )
+        return data.to_volume(**keywords(arguments, MODEL), progress=progress)
 
 
 def view(arguments):
@@ -318,7 +314,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         size=arguments.size,
         background=None if is_mapped else background_of(arguments),
         layers=arguments.layers,
-        ambient_occlusion_samples=arguments.ambient_occlusion_samples,
+        **keywords(arguments, ["ambient_occlusion_samples"]),
         **look,
     )
     samples = 4 if arguments.samples is None else arguments.samples
@@ -368,13 +364,14 @@ def _read(arguments):
 
 def _reading(arguments):
     """Options of `read_volume`. On the command line, everything is in the order x, y, z."""
-    shape = arguments.shape and arguments.shape[::-1]
-    dtype = arguments.dtype
-    if arguments.big_endian:
-        if dtype is None:
-            raise ValueError("--big-endian: expected the type of raw samples, --dtype, with it")
-        dtype = dtype.newbyteorder(">")
-    return dict(shape=shape, dtype=dtype, **{name: getattr(arguments, name) for name in OPTIONS_OF_FILES})
+    reading = keywords(arguments, READING)
+    if "shape" in reading:
+        reading["shape"] = reading["shape"][::-1]
+    if "dtype" not in reading:
+        refuse(arguments, ["big_endian"], "--dtype")
+    elif arguments.big_endian:
+        reading["dtype"] = reading["dtype"].newbyteorder(">")
+    return reading
 
 
 @contextlib.contextmanager

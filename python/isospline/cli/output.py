@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..picture.sequences import PICTURES, check_folder, check_sequence, is_video
+from .given import keywords, refuse
 
 
 def check_output(arguments):
@@ -11,14 +12,19 @@ def check_output(arguments):
     if arguments.turntable is not None:
         if arguments.turntable < 1:
             raise ValueError(f"--turntable: expected at least 1 picture, got {arguments.turntable}")
-        check_sequence(path, arguments.turntable, arguments.size, arguments.fps)
+        check_sequence(path, arguments.turntable, arguments.size, **keywords(arguments, ["fps"]))
     elif not path.lower().endswith(PICTURES):
         videos = " (for a video, say --turntable)" if is_video(path) else ""
         raise ValueError(f"{path}: expected the name of a picture, which ends in {' or '.join(PICTURES)}{videos}")
     else:
         check_folder(path)
+    if arguments.turntable is None or not is_video(path):
+        refuse(arguments, ["fps"], "a video of --turntable", path)
     if arguments.layers and not path.lower().endswith(".exr"):
         raise ValueError(f"--layers: expected the name of a picture that has layers, which ends in .exr, got {path}")
     traced = {"direct", "variance"} & set(arguments.layers)
     if traced and arguments.light != "path-trace":
         raise ValueError(f"--layers: expected {min(traced)} with --light path-trace only, got {arguments.light}")
+    if "ambient_occlusion" not in arguments.layers:
+        names = ",".join(arguments.layers) or None
+        refuse(arguments, ["ambient_occlusion_samples"], "--layers ambient_occlusion", names)

@@ -19,7 +19,7 @@ from .labels import add_labels
 from .light_options import LIGHTS, add_environment, add_ground, add_materials, add_silhouettes, add_tone
 from .limits import add_limits
 from .mesh import add_mesh_options
-from .picture import add_largest, add_picture_options, background, color
+from .picture import add_inside, add_largest, add_picture_options, background, color
 from .store import add_memory_limit, add_store_options
 from .verify import add_verify
 
@@ -74,7 +74,7 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
     group.add_argument("-l", "--level", type=float, action="append", help=f"value on the surface; {_LEVEL}")
     add_mesh_options(group)
     _add_model(group, _LARGEST)
-    group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
+    group.add_argument("--threads", type=cli_types.count, metavar="N", help="threads to use; by default all")
     _add_cuts(command)
     add_memory_limit(command)
 
@@ -170,9 +170,9 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
     group.add_argument(
         "--projection", choices=("perspective", "orthographic"), default="perspective", help="by default perspective"
     )
-    group.add_argument("--field-of-view", type=float, default=30.0, metavar="DEGREES", help="vertical (default 30)")
+    group.add_argument("--field-of-view", type=float, metavar="DEGREES", help="vertical (default 30)")
     group.add_argument("--turntable", type=int, metavar="N", help="N pictures, or a video of them, from all around")
-    group.add_argument("--fps", type=float, default=30.0, metavar="N", help="frames per second of a video (default 30)")
+    group.add_argument("--fps", type=float, metavar="N", help="frames per second of a video (default 30)")
     group.add_argument("--aperture", type=float, metavar="RADIUS", help="of a lens, world units, for depth of field")
     group.add_argument(
         "--focus", type=float, metavar="DISTANCE", help="of the plane in focus, world units; by default the middle"
@@ -185,7 +185,7 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
         metavar="COLOR",
         help="a name, #rrggbb, R,G,B or R,G,B,A from 0 to 1, or none; by default light in studio light, else black",
     )
-    group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
+    group.add_argument("--threads", type=cli_types.count, metavar="N", help="threads to use; by default all")
     add_cluster_options(group)
 
     group = command.add_argument_group("light and colour")
@@ -239,7 +239,6 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
     group.add_argument(
         "--exponent",
         type=float,
-        default=2.0,
         metavar="N",
         help="of --light outline; the larger, the thinner its lines (default 2)",
     )
@@ -258,7 +257,6 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
     group.add_argument(
         "--ambient-occlusion-samples",
         type=int,
-        default=16,
         metavar="N",
         help="rays per pixel for ambient_occlusion (default 16)",
     )
@@ -266,24 +264,21 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
 
 
 def _add_spline(group, degrees):
-    group.add_argument("--degree", type=int, choices=degrees, default=2, help="of the spline (default 2)")
+    group.add_argument("--degree", type=int, choices=degrees, help="of the spline (default 2)")
     group.add_argument(
-        "--boundary", choices=("mirror", "periodic"), default="mirror", help="how samples continue outside"
+        "--boundary", choices=("mirror", "periodic"), help="how samples continue outside (default mirror)"
     )
     group.add_argument(
         "--filter",
         choices=("interpolate", "none", "smoothing"),
-        default="interpolate",
         help="pass through the samples (default), use them as coefficients, or smooth them",
     )
-    group.add_argument(
-        "--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of the roughness, for --filter smoothing"
-    )
+    group.add_argument("--smoothing", type=float, metavar="WEIGHT", help="of the roughness, for --filter smoothing")
 
 
 def _add_model(group, largest):
     _add_spline(group, (1, 2, 3))
-    group.add_argument("--inside", choices=("above", "below"), default="above", help="the solid side of the level")
+    add_inside(group)
     add_largest(group, largest)
 
 
@@ -330,7 +325,7 @@ def _add_view(command, view):
     )
     add_largest(command, "all; without --level, all but specks, plates, and what is not the body")
     command.add_argument("--session", metavar="FILE", help="a session saved by the viewer, to continue")
-    command.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
+    command.add_argument("--degree", type=int, choices=(1, 2, 3), help="of the spline (default 2)")
     _add_reading(command)
     group = command.add_argument_group("page")
     group.add_argument("--no-browser", action="store_true", help="only print the address")
@@ -359,11 +354,7 @@ def _add_view(command, view):
         metavar="N",
         help="the largest number of uploaded files (default 10000)",
     )
-    group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
-
-
-#: Options of `read_volume` with the same names.
-OPTIONS_OF_FILES = ("offset", "spacing", "name", "nan")
+    group.add_argument("--threads", type=cli_types.count, metavar="N", help="threads to use; by default all")
 
 
 def _add_input(command, optional=False):
@@ -382,7 +373,7 @@ def _add_reading(command):
     group.add_argument("--shape", type=cli_types.counts, metavar="X,Y,Z", help="samples of a raw file, x fastest")
     group.add_argument("--dtype", type=cli_types.dtype, metavar="TYPE", help="of raw samples, such as uint16")
     group.add_argument("--big-endian", action="store_true", help="raw samples have their high byte first")
-    group.add_argument("--offset", type=int, default=0, metavar="BYTES", help="before the samples of a raw file")
+    group.add_argument("--offset", type=int, metavar="BYTES", help="before the samples of a raw file")
     group.add_argument("--name", help="the array of a VTK file, or the UID of a DICOM series, to read")
     group.add_argument("--nan", type=float, metavar="VALUE", help="number in place of samples that are NaN")
 

@@ -16,6 +16,7 @@ from ..levels import count_pieces
 from ..picture.annotations import ANNOTATIONS, check_annotations, color_rules
 from ..picture.cameras import camera_for, turntable_cameras
 from ..picture.marks import Marks, unit_of
+from .given import keywords, refuse
 
 #: The user is told how long pictures take if it is this many seconds or more.
 LONG = 3.0
@@ -40,6 +41,11 @@ def add_picture_options(group):
         help="draw scale-bar, colorbar, both with a comma, or none; without a value, all that apply; by default a "
         "scale bar in a .png or a video if the unit is known",
     )
+
+
+def add_inside(group):
+    """Add the option for the solid side of the level."""
+    group.add_argument("--inside", choices=("above", "below"), help="the solid side of the level (default above)")
 
 
 def add_largest(group, default="all"):
@@ -122,14 +128,22 @@ def studio_looks(colors, others):
     return [isospline.Material(**look, **other) for look, other in zip(given, others)]
 
 
+def check_camera_options(arguments):
+    """Refuse options of the camera that have no effect."""
+    if arguments.projection != "perspective":
+        refuse(arguments, ("field_of_view", "aperture"), "--projection perspective", arguments.projection)
+    if not arguments.aperture:
+        refuse(arguments, ["focus"], "--aperture", arguments.aperture)
+
+
 def cameras_of(arguments, volume, marks):
     """The camera of the picture, or those of all pictures, with space for marks; of a whole volume without marks."""
-    framing = dict(
+    framing: dict[str, Any] = dict(
         view="three-quarter" if arguments.view == DEFAULT_VIEW else arguments.view,
         up=arguments.up,
         projection=arguments.projection,
-        field_of_view=arguments.field_of_view,
         size=arguments.size,
+        **keywords(arguments, ["field_of_view"]),
     )
     cameras: Any  # with an aperture, all are perspective ones
     if arguments.turntable:
@@ -138,11 +152,7 @@ def cameras_of(arguments, volume, marks):
     else:
         cameras = [camera_for(volume, **framing) if marks is None else marks.camera(**framing)]
     if arguments.aperture:
-        if arguments.projection != "perspective":
-            raise ValueError(f"--aperture: expected a perspective projection, got {arguments.projection}")
         cameras = [camera.with_lens(arguments.aperture, focus_distance=arguments.focus) for camera in cameras]
-    elif arguments.focus is not None:
-        raise ValueError("--focus: expected an --aperture, without which all is in focus, got none")
     return cameras
 
 

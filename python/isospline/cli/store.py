@@ -10,8 +10,12 @@ from ..io import VolumeData
 from ..levels import some_values
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import present, present_data
+from .given import MODEL, OF_FILES, keywords, refuse, refuse_with
 from .summary import bounds_of, summarize
 from .types import memory
+
+#: The options of volumes that stay in a store.
+OF_STORES = ("memory_limit", "exact")
 
 
 def add_memory_limit(command):
@@ -20,7 +24,6 @@ def add_memory_limit(command):
     group.add_argument(
         "--memory-limit",
         type=memory,
-        default="4GB",
         metavar="SIZE",
         help="most memory of chunks and bricks (default 4GB)",
     )
@@ -36,24 +39,18 @@ def add_store_options(command):
 
 def opened(arguments, read):
     """The volume of a command: a store, or what ``read(arguments)`` gives for a file."""
-    return Store(arguments) if is_store(arguments.file) else read(arguments)
-
-
-def check_nan(store, nan):
-    """Refuse a number in place of NaN for a store, which has none."""
-    if nan is not None:
-        raise ValueError(
-            f"--nan: expected none with a store, which has no NaN, got {nan:g} with {store}: give --nan to isospline "
-            f"convert"
-        )
+    if is_store(arguments.file):
+        return Store(arguments)
+    refuse(arguments, OF_STORES, "a store", arguments.file)
+    return read(arguments)
 
 
 class Store:
     """A store in place of a `VolumeData`: values of its overview, and whether they are of a patient."""
 
     def __init__(self, arguments):
-        self.scales = Scales(arguments.file, arguments.memory_limit)
-        self._check_model(arguments)
+        self.scales = Scales(arguments.file, **keywords(arguments, ["memory_limit"]))
+        self._check_options(arguments)
 
     @property
     def patient(self):
@@ -71,14 +68,13 @@ class Store:
     def direction(self):
         return self.scales.metadata.scales[self.scales.overview].direction
 
-    def _check_model(self, arguments):
-        """Refuse a model other than that of the store."""
-        defaults = {"degree": 2, "boundary": "mirror", "filter": "interpolate", "smoothing": 0.0}
-        for name, default in defaults.items():
-            given, held = getattr(arguments, name, default), getattr(self.scales.metadata, name)
-            if given not in (default, held):
-                raise ValueError(f"--{name}: expected {held}, as in the store, got {given}")
-        check_nan(arguments.file, arguments.nan)
+    def _check_options(self, arguments):
+        """Refuse a model other than that of the store, and options of files with samples."""
+        for name, value in keywords(arguments, MODEL).items():
+            held = getattr(self.scales.metadata, name)
+            if value != held:
+                raise ValueError(f"--{name}: expected {held}, as in the store, got {value}")
+        refuse_with(arguments, OF_FILES, f"the store {arguments.file}, whose samples isospline convert has read")
 
     def to_volume(self, **model):
         """The volume of the data's own resolution; its model is that of the store."""
@@ -134,7 +130,7 @@ class Store:
         return made, cameras, levels.describe(detail) + hint
 
 
-def presented(data, suggested, inside):
+def presented(data, suggested, inside="above"):
     """The presentation of a file, or of a store, which is that of pictures of it in Python."""
     if isinstance(data, Store):
         return present(data.overview, inside=inside)

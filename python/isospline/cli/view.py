@@ -10,10 +10,10 @@ import tempfile
 import isospline
 
 from ..base.parameters import check_count
+from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.detail import is_store
-from .light_options import flag
+from .given import OF_FILES, flag, keywords, refuse
 from .picture import ALL, largest_of, marks_for
-from .store import check_nan
 
 # The options of ``isospline render`` that a session leaves open.
 _BESIDE_SESSION = {"session", "output", "quiet", "size", "samples", "threads", "layers", "annotate", "legend", "run"}
@@ -31,9 +31,8 @@ def serve(arguments, reading, say):
     for path in arguments.files:
         if not os.path.exists(path):
             raise FileNotFoundError(f"{path}: No such file or directory")
-        if is_store(path):
-            check_nan(path, arguments.nan)
-    read_options = {name: _plain(value) for name, value in reading.items() if value or (name, value) == ("nan", 0)}
+    _check_options(arguments)
+    read_options = {name: _plain(value) for name, value in reading.items()}
     uploads = {"upload_limit": arguments.upload_limit, "upload_count": arguments.upload_count}
     viewer = Viewer(host=arguments.host, port=arguments.port, token=arguments.token, **uploads)
     ends = signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C does
@@ -45,7 +44,7 @@ def serve(arguments, reading, say):
             viewer.open_in_browser()
         if session is not None:
             viewer.open_session(*session)
-        model_options = {} if arguments.degree == 2 else {"degree": arguments.degree}
+        model_options = keywords(arguments, ["degree"])
         for path in arguments.files:
             viewer.open(
                 path,
@@ -61,6 +60,16 @@ def serve(arguments, reading, say):
     finally:
         viewer.close()
         signal.signal(signal.SIGTERM, ends)
+
+
+def _check_options(arguments):
+    """Refuse options that no file of a viewer uses: stores have a model and a place, and meshes no levels."""
+    volumes = [path for path in arguments.files if not path.lower().endswith(MESH_SUFFIXES)]
+    got = ", ".join(arguments.files) or None
+    if not volumes:
+        refuse(arguments, ("level", "largest"), "a volume", got)
+    if all(map(is_store, volumes)):
+        refuse(arguments, ("degree", *OF_FILES), "a file of samples", got)
 
 
 def check_beside_session(arguments, parser):

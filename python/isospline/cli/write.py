@@ -10,6 +10,7 @@ import numpy as np
 import isospline
 
 from ..picture.sequences import check_folder, is_video, numbered, write_sequence
+from .given import keywords
 from .record import turntable_record
 
 #: Errors of the disk, and not of a wrong name.
@@ -55,7 +56,7 @@ def write_images(arguments, frames, images):
             return repr(image)
         if not is_video(output):
             images = _recorded(arguments, frames, images)
-        write_sequence(output, images, fps=arguments.fps, numbers=frames)
+        write_sequence(output, images, numbers=frames, **keywords(arguments, ["fps"]))
     return f"{arguments.turntable} pictures of {arguments.size[0]} x {arguments.size[1]}"
 
 

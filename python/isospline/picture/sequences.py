@@ -34,7 +34,7 @@ def numbered(path: str, number: int) -> str:
     return re.sub("#+", lambda hashes: f"{number:0{len(hashes[0])}d}", path)
 
 
-def check_sequence(path: Any, count: int, size: tuple[int, int] | None, fps: float) -> None:
+def check_sequence(path: Any, count: int, size: tuple[int, int] | None, fps: float = 30.0) -> None:
     """Check, before the work begins, that a number of pictures of a (width, height) can be written to a path."""
     if isinstance(path, str) and not path:
         raise ValueError("path: expected the name of a video or of a folder, got an empty one")
@@ -87,7 +87,7 @@ def write_sequence(
     path: str | os.PathLike[str],
     images: Iterable[Any],
     *,
-    fps: float,
+    fps: float = 30.0,
     quality: float = 7.0,
     numbers: Iterable[int] | None = None,
 ) -> None:

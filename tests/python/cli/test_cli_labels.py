@@ -70,7 +70,11 @@ def test_a_table_of_measures(cells, tmp_path, capsys):
 def test_wrong_options(cells, tmp_path, capsys):
     path, _ = cells
     fails(capsys, 2, "--level: expected none with a label map", "measure", path, "--labels", "-l", "1")
-    fails(capsys, 2, "--degree: expected none with a label map", "measure", path, "--labels", "--degree", "3")
+    for option in (("--degree", "2"), ("--largest", "1"), ("--memory-limit", "1GB")):
+        fails(capsys, 2, f"{option[0]}: expected none with a label map", "measure", path, "--labels", *option)
+    for option in (("--clip", "0,0,0,0,0,1"), ("--clip-box", "0,0,0,9,9,9"), ("--closed",)):
+        told = f"{option[0]}: expected none with measures of a label map, got"
+        fails(capsys, 2, told, "measure", path, "--labels", *option)
     fails(capsys, 2, "label: expected the name of a label, got 'liver'", "measure", path, "--label", "liver", "--quiet")
     fails(capsys, 2, "a table, which ends in .csv", "measure", path, "--labels", "-o", tmp_path / "a.txt")
     np.save(tmp_path / "real.npy", np.full((3, 3, 3), 0.5))

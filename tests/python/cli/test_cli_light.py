@@ -255,7 +255,7 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
         bad(f"--{name}: expected --light path-trace with it, got phong", "-l", 0, f"--{name}", 1)
     bad("--environment-visible: expected --environment with it", *TRACED, "--environment-visible")
     bad(
-        "--environment-rotation: expected an image in --environment, got 30",
+        "--environment-rotation: expected an image in --environment with it, got 1",
         *TRACED,
         "--environment",
         "1",
@@ -281,7 +281,7 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
     bad(r"sky\.exr: No such file", *TRACED, "--environment", sky)
     bad("--roughness: expected 1, or 2 for all levels and meshes, got 3", *TRACED, "-l", 400, *["--roughness", 0.5] * 3)
     bad("metallic: expected a number from 0 to 1, got 2", *TRACED, "--metallic", 2)
-    bad("--silhouette-exponent: expected --silhouette-opacity with it, got 2 alone", "--silhouette-exponent", 2)
+    bad("--silhouette-exponent: expected --silhouette-opacity with it, got none", "--silhouette-exponent", 2)
     bad("silhouette_opacity: expected a number from 0 to 1, got 2", "-l", 0, "--silhouette-opacity", 2)
     bad(
         "--silhouette-opacity: expected --light ambient-occlusion, outline or phong|phong, unlit, outline or ambient",
