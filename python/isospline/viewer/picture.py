@@ -110,7 +110,7 @@ class PictureMaker:
     def __init__(self, document):
         self._document = document
         self._scene = Scene([])
-        self._objects = {}  # object id in the state: (parameters, geometry id, object)
+        self._objects = {}  # (parameters, object) by its id in the state, in the order of the scene
         # (volume key, scale, level of the body, closed): a surface that owns the index of bricks
         self._indices = {}
         self._tracing = None  # the path traced state and its renderer
@@ -122,7 +122,7 @@ class PictureMaker:
     @property
     def scales(self):
         """The scales that the last picture used for volumes in stores, by the keys of the volumes."""
-        shown = {made_of[:2] for made_of, _, _ in self._objects.values()}
+        shown = {made_of[:2] for made_of, _ in self._objects.values()}
         stored = {key: detail for key, detail in shown if self._document[key].scales}
         return {
             key: self._document[key].scales.overview if detail is None else detail for key, detail in stored.items()
@@ -130,8 +130,8 @@ class PictureMaker:
 
     def forget_closed(self):
         """Forget what was made of sources that are no longer open."""
-        for id, (made_of, geometry, _) in list(self._objects.items()):
-            if made_of[0] not in self._document:
+        for id, geometry in self._ids().items():
+            if self._objects[id][0][0] not in self._document:
                 self._scene.remove(geometry)
                 del self._objects[id]
         closed = [made_of for made_of in self._indices if made_of[0] not in self._document]
@@ -152,25 +152,36 @@ class PictureMaker:
         Otherwise they have the overview's level.
         """
         self.forget_closed()
-        wanted = {each.id: each for each in state.objects if each.is_seen}
-        for id in [id for id in self._objects if id not in wanted]:
-            self._scene.remove(self._objects.pop(id)[1])
         cuts = None if state.clip.kind == "none" else state.clip
-        for id, each in wanted.items():
+        objects = {}
+        for each in state.objects:
+            if not each.is_seen:
+                continue
             source = self._document[each.source]
             detail = None if camera is None else source.scale(camera, size)
             options = (each.largest, each.body_level, each.closed, cuts)
             made_of = (each.source, detail, None if each.level is None else options)
-            known = self._objects.get(id)
-            if known and known[0] != made_of:
-                self._scene.remove(known[1])
-                known = None
-            if known is None:
-                item = self._item(each, state.clip, detail)
-                self._objects[id] = (made_of, self._scene.add(item), item)
-            elif each.level is not None and known[2].level != each.level:
-                known[2].level = each.level
-        return {id: geometry for id, (_, geometry, _) in self._objects.items()}
+            known = self._objects.get(each.id)
+            item = known[1] if known and known[0] == made_of else self._item(each, state.clip, detail)
+            if each.level is not None and item.level != each.level:
+                item.level = each.level
+            objects[each.id] = (made_of, item)
+        self._place([item for _, item in objects.values()])
+        self._objects = objects
+        return self._ids()
+
+    def _place(self, items):
+        """Show these objects, in the order of the state: where caps coincide, the last one is seen."""
+        ids = self._scene.ids
+        if items != [self._scene.object(id) for id in ids]:
+            for id in ids:
+                self._scene.remove(id)
+            for item in items:
+                self._scene.add(item)
+
+    def _ids(self):
+        """The geometry ids of the objects, which ascend, by their ids in the state."""
+        return dict(zip(self._objects, self._scene.ids))
 
     def _item(self, each, clip, detail):
         source = self._document[each.source]
@@ -221,7 +232,7 @@ class PictureMaker:
 
     def look(self, state):
         """The light of the last picture, as in the options of `isospline.render`."""
-        return {"light": self.light(state, {id: geometry for id, (_, geometry, _) in self._objects.items()})}
+        return {"light": self.light(state, self._ids())}
 
     def _materials(self, state, ids):
         """A material for each geometry id."""

@@ -107,6 +107,17 @@ def test_pictures_in_slow_light_have_about_the_same_colours_in_movement(opened, 
     assert np.abs(a - b).max() < 0.5 * np.abs(plain - b).max()
 
 
+@pytest.mark.parametrize("changes", [{"visible": False}, {"closed": False}, {"largest": 1}])
+def test_pictures_do_not_depend_on_earlier_states(opened, changes):
+    """Where caps coincide, that of the last object is seen, also after another one was made anew."""
+    document, state = opened
+    state = state.replace(light="phong", clip=ClipState("plane", (12.0, 11.0, 10.0), (0.2, 1.0, 0.0)))
+    maker, stage = PictureMaker(document), passes(state)[-1]
+    for each in (state.with_object(0, **changes), state):
+        picture = maker.render(each, SIZE, stage).to_srgb()
+        np.testing.assert_array_equal(picture, shot(document, each))
+
+
 def test_a_level_without_a_surface_leaves_an_empty_picture_without_a_warning(opened):
     document, state = opened
     state = state.without_object(1).without_object(2).replace(light="phong")  # a studio has a ground
