@@ -185,6 +185,7 @@ declare namespace Viewer {
     window: number[] | null;
     patient: boolean;
     body_level: number | null;
+    has_rule: boolean;
   }
   interface CameraMoved {
     camera: CameraState;

@@ -10,9 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from ..base.values import part
 from ..clips import HalfSpace
+from ..color_rules.rule import _ColorRule
+from ..colors import hex_of
 from ..io import VolumeData, read_volume
 from ..levels import bars, histogram, levels_of_histogram, some_values
+from ..looks import Material
+from ..picture.rules import own_material
 from ..scene import Mesh, Volume
 from ..scene.cells import index_shape
 from ..scene.mesh_files import MESH_SUFFIXES, read_mesh
@@ -132,6 +137,31 @@ class Source:
         return {"inside": self.template.inside, "mask": mask, **cuts}
 
     @functools.cached_property
+    def material(self):
+        """The look of the surface or the mesh that was given; of a mesh with values, its colour is a rule."""
+        given = self.item if self.template is None else self.template
+        return (None if isinstance(given, Volume) else own_material(given)) or Material()
+
+    @property
+    def rule(self):
+        """The rule that is the colour of the surface or the mesh that was given, or None."""
+        color = self.material.color
+        return color if isinstance(color, _ColorRule) else None
+
+    @property
+    def look(self):
+        """The given look as fields of `ObjectState`; pictures take the rest of it from `material`."""
+        names = ("opacity", "silhouette_opacity", "metallic", "roughness")
+        look = {name: getattr(self.material, name) for name in names}
+        if self.rule is not None:
+            look["color_by"] = "own"
+        elif self.material.color is not None:
+            look["color"] = hex_of(part(self.material, "color"))
+        elif isinstance(self.item, Mesh) and self.item._colors() is not None:
+            look["color"] = "white"  # times the colours of the vertices
+        return look
+
+    @functools.cached_property
     def presentation(self):
         """What is shown by default, as in `render`."""
         suggested = levels_of_histogram(self.values, self.counts)
@@ -182,7 +212,9 @@ class Source:
         """The description for the page."""
         bounds = tuple(map(tuple, np.asarray(self.item.bounds).tolist()))
         if not self.is_volume:
-            return SourceAbout(self.key, self.name, "mesh", bounds, faces=len(self.item.faces))
+            return SourceAbout(
+                self.key, self.name, "mesh", bounds, faces=len(self.item.faces), has_rule=self.rule is not None
+            )
         return SourceAbout(
             self.key,
             self.name,
@@ -198,6 +230,7 @@ class Source:
             window=self.window(),
             patient=self.patient,
             body_level=self.default_levels()[1],
+            has_rule=self.rule is not None,
         )
 
 

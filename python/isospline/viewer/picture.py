@@ -12,9 +12,11 @@ from ..base.system import without_warnings
 from ..color_rules import ColorByCurvature, ColorByNormal, ColorByVolume
 from ..colors import CURVATURES
 from ..lights import DirectionalLight
-from ..looks import AmbientOcclusion, Material, Outline, Phong
+from ..looks import AmbientOcclusion, Outline, Phong
 from ..picture.defaults import STUDIO_SAMPLES
 from ..picture.environments import EnvironmentLight
+from ..picture.lights import resolve
+from ..picture.materials import names_in_shadings
 from ..picture.path_tracer import PathTracer
 from ..picture.progressive import ProgressiveRenderer
 from ..picture.rendering import render
@@ -68,6 +70,8 @@ def picture_part(state):
 
 def color_rule(each, document):
     """The colour of an object: a name or one of isospline's colour rules."""
+    if each.color_by == "own":
+        return document[each.source].rule or each.color
     if each.color_by == "color":
         return each.color
     if each.color_by == "normal":
@@ -81,7 +85,7 @@ def color_rule(each, document):
 
 def default_limits(each, document):
     """The values of the first and the last colour of a map if the state gives none; None without a map."""
-    if each.color_by in ("color", "normal"):
+    if each.color_by in ("color", "own", "normal"):
         return None
     if each.color_by not in CURVATURES:
         return document[each.color_by].window()
@@ -204,23 +208,11 @@ class PictureMaker:
 
     def shadings(self, state, ids, moving=False):
         """A shading for each geometry id."""
-        return {ids[each.id]: self._shading(state, each, moving) for each in state.objects if each.id in ids}
-
-    def _shading(self, state, each, moving):
-        look = dict(
-            opacity=each.opacity,
-            silhouette_opacity=each.silhouette_opacity,
-            cap_color=cap_color(state, each, self._document),
-        )
-        color = color_rule(each, self._document)
-        if state.light == "outline":
-            return Outline(state.exponent, surface_color=color, color=0.02, **look)
-        if state.light == "ambient-occlusion" and not moving:
-            return AmbientOcclusion(color=color, **look)
-        if state.light in ("ambient-occlusion", "path-trace"):
-            look |= _light_in_motion(state.light, state.camera)
-            return Phong(color=color, diffuse=1.0, specular=0.0, **look)
-        return Phong(color=color, shadows=state.shadows and not moving, **look)
+        shading = _shading(state, moving)
+        return {
+            id: shading._taking(material, names_in_shadings(material))
+            for id, material in self._materials(state, ids).items()
+        }
 
     def light(self, state, ids, moving=False):
         """The light of a picture, as in the options of `isospline.render`."""
@@ -232,23 +224,22 @@ class PictureMaker:
 
     def look(self, state):
         """The light of the last picture, as in the options of `isospline.render`."""
-        return {"light": self.light(state, self._ids())}
+        return {"light": resolve(self._scene, self.light(state, self._ids()))}
 
     def _materials(self, state, ids):
         """A material for each geometry id."""
-        is_traced = state.light == "path-trace"
-        return {
-            ids[each.id]: Material(
-                color_rule(each, self._document),
-                metallic=each.metallic,
-                roughness=each.roughness,
-                cap_color=cap_color(state, each, self._document),
-                opacity=1.0 if is_traced else each.opacity,
-                silhouette_opacity=None if is_traced else each.silhouette_opacity,
-            )
-            for each in state.objects
-            if each.id in ids
-        }
+        return {ids[each.id]: self._material(state, each) for each in state.objects if each.id in ids}
+
+    def _material(self, state, each):
+        """The look of an object in the state; what states do not have is that of the object that was given."""
+        look = {"metallic": each.metallic, "roughness": each.roughness}
+        if state.light == "path-trace":
+            look |= {"opacity": 1.0, "silhouette_opacity": None}
+        else:
+            look |= {"opacity": each.opacity, "silhouette_opacity": each.silhouette_opacity}
+        if (values := cap_color(state, each, self._document)) is not None:
+            look["cap_color"] = values
+        return self._document[each.source].material.replace(color=color_rule(each, self._document), **look)
 
     def render(self, state, size, stage=None, progress=None, **options):
         """Render a state that has a camera; without a stage, render as during movement."""
@@ -291,13 +282,24 @@ def path_tracing_lights(camera):
     return [EnvironmentLight(SKY), _lamp(camera, LAMP * math.pi)]
 
 
+def _shading(state, moving):
+    """The shading of a light; the materials of the objects determine their looks in it."""
+    if state.light == "outline":
+        return Outline(state.exponent, color=0.02)
+    if state.light == "ambient-occlusion" and not moving:
+        return AmbientOcclusion()
+    if state.light in ("ambient-occlusion", "path-trace"):
+        return Phong(diffuse=1.0, specular=0.0, **_light_in_motion(state.light, state.camera))
+    return Phong(shadows=state.shadows and not moving)
+
+
 def _light_in_motion(light, camera):
     """Parameters of `Phong` for about the light of pictures that are too slow for movement.
 
     From most surfaces, a part of the sky is hidden: in ambient occlusion, the more they turn from the viewer.
     """
     if light == "path-trace":
-        return {"ambient": _SEEN_SKY * SKY, "lights": [_lamp(camera, LAMP)], "opacity": 1.0, "silhouette_opacity": None}
+        return {"ambient": _SEEN_SKY * SKY, "lights": [_lamp(camera, LAMP)]}
     forward = camera.camera().world_to_camera[2, :3]
     return {"ambient": _AT_EDGES, "lights": [DirectionalLight(forward, intensity=1 - _AT_EDGES)]}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..color_rules import ColorByValue
 from ..colors import CURVATURES
 from .picture import FINAL_SAMPLES, LAMP, LAMP_RIGHT, LAMP_UP, SKY, default_limits
 
@@ -81,10 +82,12 @@ def _camera(camera):
 
 def _color(document, each):
     limits = default_limits(each, document)
-    if each.color_by == "color":
-        return repr(each.color)
+    if each.color_by == "own" and (rule := document[each.source].rule) is not None:
+        return "isospline.ColorByValue()" if rule == ColorByValue() else "..."  # others are in memory alone
     if each.color_by == "normal":
         return "isospline.ColorByNormal()"
+    if each.color_by in ("color", "own"):
+        return repr(each.color)
     limits = tuple(each.limits or limits)
     if each.color_by in CURVATURES:
         return f"isospline.ColorByCurvature({CURVATURES[each.color_by]!r}, {each.cmap!r}, limits={limits})"

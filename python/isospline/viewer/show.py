@@ -38,7 +38,7 @@ def view(
     *items : path-like, Volume, VolumeData, Isosurface, Mesh, Scene or array
         Files that `read_volume` and `read_mesh` can read, and objects. Objects of a scene are shown with their
         transforms: the volume of a transformed isosurface is copied into the scene's world. Cuts, slices and positions
-        use that world.
+        use that world. Isosurfaces and meshes have their own look, as in `render`.
     levels : sequence of float, optional
         Levels of volumes; by default the first one of `suggest_levels`, of a patient's CT the first above water.
     host : str

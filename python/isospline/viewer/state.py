@@ -39,7 +39,8 @@ class ObjectState(Checked):
         Only what is in the largest connected component at this level is shown: a patient without the table. None shows
         everything.
     color_by : str
-        "color", "normal", a curvature such as "mean-curvature", or the key of a volume.
+        "color", "own", "normal", a curvature such as "mean-curvature", or the key of a volume. "own" is the rule that
+        the object was given, or `color` without one.
     """
 
     id: int = field(whole)
@@ -194,4 +195,4 @@ class ViewState(Checked):
 
 
 #: The sources of an object's colour, besides the keys of volumes.
-COLOR_RULES = ("color", "normal", *CURVATURES)
+COLOR_RULES = ("color", "own", "normal", *CURVATURES)

@@ -52,6 +52,7 @@ class SourceAbout:
     window: tuple[float, ...] | None = None
     patient: bool = False
     body_level: float | None = None
+    has_rule: bool = False
 
 
 @one_of(TO_PAGE)

@@ -134,7 +134,8 @@ class Viewer:
     def add(self, item, *, levels=None, **look):
         """Show a Volume, VolumeData, array, Isosurface or Mesh.
 
-        Other levels of an isosurface get its options, until the viewer's own cut replaces its clip and mask.
+        Isosurfaces and meshes have their own look: a rule for their colour is "own" in the state. Other levels of an
+        isosurface get its options, until the viewer's own cut replaces its clip and mask.
         """
         if isinstance(item, Isosurface):
             known = self.document.source_of_volume(item.volume)
@@ -217,6 +218,7 @@ class Viewer:
             return self._show_source(source, levels, look or {}, table)
 
     def _show_source(self, source, levels, look, table):
+        look = {**source.look, **look}
         if not source.is_volume:
             levels = [None]
         elif levels is None:

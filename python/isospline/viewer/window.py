@@ -253,7 +253,8 @@ class Window:
     def _on_add_object(self, message):
         source = self._viewer.document[message.source]
         self._check_level(source, message.level)
-        self._viewer.change(lambda state: state.with_new_object(source.key, message.level))
+        look = {} if source.is_volume else source.look
+        self._viewer.change(lambda state: state.with_new_object(source.key, message.level, **look))
 
     def _on_remove_object(self, message):
         self._viewer.change(lambda state: state.without_object(message.id))

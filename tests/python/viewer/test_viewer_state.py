@@ -232,22 +232,6 @@ def test_camera_states_give_the_rays_of_camera_for():
         np.testing.assert_array_equal(CameraState.of(camera).camera().rays((5, 4)), camera.rays((5, 4)))
 
 
-def test_other_levels_of_a_surface_have_its_options():
-    data = volumes.sphere(0.7).values(20)
-    mask = np.ones(data.shape, bool)
-    volume = isospline.Volume(data)
-    mask[:10] = False
-    surface = isospline.Isosurface(volume, 0.0, mask=mask)
-    with isospline.view(surface, browser=False) as viewer:
-        state = viewer.state.with_object(0, level=0.1).replace(camera=CAMERA)
-        with viewer.making() as maker:
-            (geometry,) = maker.geometry_ids(state).values()
-            found = maker.scene.object(geometry)
-    assert found.level == 0.1 and surface.level == 0.0
-    np.testing.assert_array_equal(found.shell.mask, surface.with_level(0.1).shell.mask)
-    assert not found.shell.mask[:10].any() and found.shell.mask.any()
-
-
 def test_a_solid_is_closed_at_the_border_or_open_as_it_was_given():
     volume = isospline.Volume(np.pad(np.ones((12, 12, 6)), ((0, 0), (0, 0), (0, 6))))
     cut = ClipState("plane", (0.0, 5.0, 0.0), (0.0, 1.0, 0.0), capped=False)
@@ -299,48 +283,6 @@ def test_a_ct_is_shown_without_its_table(tmp_path, scan_with_table, monkeypatch)
         assert viewer.state.objects == state.objects
     with isospline.view(np.load(path.with_suffix(".npy")), levels=[300], browser=False) as viewer:
         assert viewer.state.objects[0].body_level is None
-
-
-PART = np.arange(24 * 22 * 20).reshape(20, 22, 24) % 24 < 12  # of x
-
-
-@pytest.mark.parametrize("axes", ["zyx", "xyz"])
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"inside": "below", "closed": True},
-        {"mask": PART},
-        {"clip": isospline.HalfSpace((10.1, 11, 0), (1, 2, 0)), "capped": True},
-    ],
-    ids=["inside", "mask", "clip"],
-)
-def test_other_options_leave_those_of_a_given_surface(options, axes):
-    samples = volumes.sphere(0.6).values((20, 22, 24))
-    if "mask" in options:
-        options = {"mask": PART if axes == "zyx" else PART.T}
-    volume = isospline.Volume(samples if axes == "zyx" else samples.T, axes=axes)
-    surface = isospline.Isosurface(volume, 0.0, **options)
-    with isospline.view(surface, browser=False) as viewer:
-        maker, given = PictureMaker(viewer.document), viewer.state
-        for state, closed in ((given, surface.closed), (given.with_object(0, largest=1), surface.closed)):
-            ids = maker.geometry_ids(state)
-            shown = maker.scene.object(ids[0])
-            assert (shown.inside, shown.closed, shown.capped) == (surface.inside, closed, surface.capped)
-            assert shown.enclosed_volume().value == pytest.approx(surface.enclosed_volume().value, rel=1e-3)
-        opened = given.with_object(0, closed=not surface.closed)
-        expected = isospline.Isosurface(surface.volume, 0.0, **{**options, "closed": not surface.closed})
-        shown = maker.scene.object(maker.geometry_ids(opened)[0])
-        assert shown.area().value == pytest.approx(expected.area().value, rel=1e-3)
-        cut = given.replace(clip=ClipState("plane", (12.0, 11.0, 10.0), (0.0, 1.0, 0.0)))
-        assert maker.scene.object(maker.geometry_ids(cut)[0]).inside == surface.inside
-
-
-def test_hidden_objects_of_a_scene_are_hidden():
-    ball = volumes.sphere(0.6).volume(16)
-    scene = isospline.Scene([isospline.Isosurface(ball, 0.0), isospline.Isosurface(ball, 0.1)])
-    scene.set_visibility(scene.ids[1], visible=False)
-    with isospline.view(scene, browser=False) as viewer:
-        assert [each.visible for each in viewer.state.objects] == [True, False]
 
 
 def test_the_thickness_of_an_object_is_its_own():

@@ -7,7 +7,7 @@ import {boundsOf} from "./gizmo.js";
 import {Histogram} from "./histogram.js";
 
 const LIGHTS = {studio: "Studio", phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
-const RULES = {color: "One colour", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
+const RULES = {color: "One colour", own: "Its own colours", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
   "maximum-curvature": "Largest curvature", "minimum-curvature": "Smallest curvature"};
 // Windows for computed tomography: width and level, in Hounsfield units.
 const WINDOWS = {"Soft tissue": [400, 40], Bone: [1800, 400], Lung: [1500, -600], Brain: [80, 40]};
@@ -90,6 +90,7 @@ export class Panel {
 
   drawLook(each, change) {
     const {app} = this, rules = Object.fromEntries(app.options.color_rules.map(rule => [rule, RULES[rule]]));
+    if (!app.sources.get(each.source)?.has_rule) delete rules.own;
     if (each.level === null) for (const rule of Object.keys(rules)) if (rule.includes("curvature")) delete rules[rule];
     for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${source.name}`;
     const edges = slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01, silhouette_opacity => change({silhouette_opacity}));
@@ -106,7 +107,7 @@ export class Panel {
       app.state.light !== "path-trace" && field("Opacity at edges", edges),
       field("Colour by", select("Colour by", rules, each.color_by, color_by => change({color_by, limits: null}))),
     ];
-    if (!["color", "normal"].includes(each.color_by)) {
+    if (!["color", "own", "normal"].includes(each.color_by)) {
       const maps = Object.fromEntries(Object.keys(app.options.color_maps).map(name => [name, name]));
       const limits = each.limits ?? app.defaultLimits[each.id] ?? [0, 1];
       parts.push(field("Colour map", select("Colour map", maps, each.cmap, cmap => change({cmap}))),
