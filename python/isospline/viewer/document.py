@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.values import part
+from ..base.values import part, same
 from ..clips import HalfSpace
 from ..color_rules.rule import _ColorRule
 from ..colors import hex_of
@@ -160,6 +160,21 @@ class Source:
         elif isinstance(self.item, Mesh) and self.item._colors() is not None:
             look["color"] = "white"  # times the colours of the vertices
         return look
+
+    def only_in_memory(self, state):
+        """The parameters of the given surface that matter to a state, but are neither in it nor in a file."""
+        if self.template is None:
+            return []
+        options, plain = self.given_options, Material()
+        names = ("specular", "cap_color", "silhouette_exponent")
+        is_lost = {
+            "inside": options["inside"] != "above",
+            "mask": options["mask"] is not None,
+            "clip": "clip" in options,
+            "color": any(each.source == self.key and each.color_by == "own" for each in state.objects),
+            **{name: not same(getattr(self.material, name), getattr(plain, name)) for name in names},
+        }
+        return [name for name in is_lost if is_lost[name]]
 
     @functools.cached_property
     def presentation(self):

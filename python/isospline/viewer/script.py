@@ -12,7 +12,7 @@ from .picture import FINAL_SAMPLES, LAMP, LAMP_RIGHT, LAMP_UP, SKY, default_limi
 def script(document, state, size, path="picture.png", background=None):
     """A program that renders a state with a camera, exactly like the viewer's last pass.
 
-    The background is that of the state, or another one.
+    The background is that of the state, or another one. Comments say what is in memory alone.
     """
     background = state.background if background is None else background
     lines = ["import math", "", "import isospline", ""] if state.light == "path-trace" else ["import isospline", ""]
@@ -22,6 +22,8 @@ def script(document, state, size, path="picture.png", background=None):
         if source.key in used:
             expression = source.expression(state.camera.camera(), size) or f"...  # {source.name}, from memory"
             lines.append(f"{source.key} = {expression}")
+            if lost := source.only_in_memory(state):
+                lines.append(f"# Its surface was given with {', '.join(lost)}, which this program does not have.")
     lines += ["", "scene = isospline.Scene()"]
     names = [f"object{each.id}" for each in visible]
     lines += [f"{name} = scene.add({_object(document, state, each)})" for name, each in zip(names, visible)]

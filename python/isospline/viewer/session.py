@@ -85,12 +85,18 @@ def session_of(document, state, path_of=None):
     Raises
     ------
     ValueError
-        If the state shows an object that was not read from a file, or is of an upload, whose files do not stay.
+        If the state shows an object that was not read from a file, or is of an upload, whose files do not stay, or a
+        surface that was given with parameters that a session cannot keep.
     """
     sources = sources_of(document, state)
     for source in sources:
         if source.path is None:
             raise ValueError(f"session: expected objects that were read from files, got {source.name} from memory")
+        if lost := source.only_in_memory(state):
+            raise ValueError(
+                f"session: expected surfaces without parameters that it cannot keep, got {source.name} with "
+                f"{', '.join(lost)}"
+            )
         if source.within is not None and path_of is None:
             raise ValueError(f"session: expected files that stay, got {source.name} of an upload: save a bundle")
     place = path_of or (lambda source: source.path)

@@ -131,6 +131,33 @@ def test_sessions_and_scripts_have_the_colours_of_values_in_files(tmp_path, monk
     assert (tmp_path / "0.png").read_bytes() != (tmp_path / "1.png").read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("options", "lost"),
+    [
+        ({"color": "red", "opacity": 0.4, "closed": True}, None),
+        ({"inside": "below", "mask": np.arange(8000).reshape(20, 20, 20) % 20 < 10}, "inside, mask"),
+        ({"clip": isospline.HalfSpace((12, 11, 10), (0, 1, 0))}, "clip"),
+        ({"color": isospline.ColorByNormal()}, "color"),
+        ({"material": isospline.Material("red", specular=0, cap_color="blue")}, "specular, cap_color"),
+    ],
+)
+def test_sessions_keep_a_given_surface_or_say_what_they_cannot(ball, options, lost):
+    with isospline.view(ball, browser=False) as viewer:
+        viewer.add(isospline.Isosurface(viewer.document["source1"].item, 100.0, **options))
+        state = viewer.state.without_object(0).replace(camera=CAMERA)
+        code = script(viewer.document, state, SIZE)
+        assert ("# Its surface was given with" in code) == bool(lost)
+        if lost:
+            assert f"given with {lost}, which" in code
+            with pytest.raises(ValueError, match=f"^session: expected surfaces .* got ball.npy with {lost}$"):
+                session_of(viewer.document, state)
+            return
+        again = Document()
+        shown = open_session(again, session_of(viewer.document, state))
+        np.testing.assert_array_equal(shot(again, shown), shot(viewer.document, state))
+        assert (shown.objects[0].color, shown.objects[0].opacity) == ("#ff0000", 0.4)
+
+
 @pytest.mark.slow
 def test_a_mesh_has_the_colours_of_its_values_and_others(browser):
     sphere = trimesh.creation.icosphere(2)
