@@ -1,6 +1,7 @@
 // The approximate root in [0, 1] of a polynomial whose Bernstein coefficients change sign once, to start a search in
 // double precision. The polynomial is sampled at s = 1/8, 2/8, ..., 1: a sample does not wait for another one, as the
-// steps of an iteration do. Included once for each SIMD target.
+// steps of an iteration do. The cubic polynomial through four samples leads to the root, and a step of Newton's method
+// from there is as near to it as rounding allows. Included once for each SIMD target.
 #include "isospline/cell/lane_mask-inl.h"
 #include "isospline/math/bernstein.h"
 #include "isospline/math/number-inl.h"
@@ -23,7 +24,7 @@ namespace HWY_NAMESPACE {
 
 constexpr int root_sample_count = 8;
 
-/// Item [r][i] is s^r (1 - s)^(Order - r) for sample i, s = (i + 1) / 16: the factor of scaled coefficient r.
+/// Item [r][i] is s^r (1 - s)^(Order - r) for sample i, s = (i + 1) / 8: the factor of scaled coefficient r.
 template <int Order>
 struct RootSampleFactors {
     constexpr RootSampleFactors() : of()
@@ -50,10 +51,26 @@ struct RootEstimate {
     V s, slope;
 };
 
+/// A better approximation by one step of Newton's method on the polynomial with scaled Bernstein coefficients.
+template <int Order, class V>
+HWY_INLINE RootEstimate<V> improve_root(V s, const Bernstein<Order, V>& scaled)
+{
+    const V zero = number<V>(0.0), one = number<V>(1.0);
+    // The sum of scaled[r] s^r (1 - s)^(Order - r) by Horner's rule, and the derivative of each of its steps.
+    const V left = one - s;
+    V power = one, value = scaled[0], slope = zero;
+    for (int r = 1; r <= Order; ++r) {
+        slope = mul_add(number<V>(r) * scaled[r], power, mul_sub(slope, left, value));
+        power = power * s;
+        value = mul_add(scaled[r], power, value * left);
+    }
+    return {hn::Min(hn::Max(s - value / slope, zero), one), slope};
+}
+
 /// Where the cubic polynomial through four samples changes sign, in steps from the first one: from the zero of the
 /// secant, by one step of Newton's method.
 template <class V>
-HWY_INLINE RootEstimate<V> zero_of_cubic(const std::array<V, 4>& w)
+HWY_INLINE V zero_of_cubic(const std::array<V, 4>& w)
 {
     const V zero = number<V>(0.0), one = number<V>(1.0), half = number<V>(0.5);
     const auto negative = less(w[0], zero);
@@ -69,7 +86,7 @@ HWY_INLINE RootEstimate<V> zero_of_cubic(const std::array<V, 4>& w)
     const V of_c = s * s1;
     const V value = mul_add(e, of_c * s2, mul_add(c, of_c, mul_add(b, s, a)));
     const V slope = mul_add(e, mul_add(s1, s2, mul_add(s, s2, of_c)), mul_add(c, s + s1, b));
-    return {hn::Min(hn::Max(s - value / slope, begin), begin + one), slope};
+    return hn::Min(hn::Max(s - value / slope, begin), begin + one);
 }
 
 /// The approximate root from scaled Bernstein coefficients; lanes are polynomials.
@@ -94,33 +111,36 @@ HWY_INLINE RootEstimate<V> estimate_root(const Bernstein<Order, V>& scaled)
         }
         has_crossed = either(has_crossed, differ(less(next, zero), negative));
     }
-    const auto [step, slope] = zero_of_cubic(samples);
-    return {(first + step) * number<V>(1.0 / root_sample_count), slope * number<V>(root_sample_count)};
+    const V s = (first + zero_of_cubic(samples)) * number<V>(1.0 / root_sample_count);
+    return improve_root<Order>(s, scaled);
 }
 
 /// The same numbers for one polynomial; lanes are samples.
-template <int Order>
-HWY_INLINE RootEstimate<float> estimate_one_root(const Bernstein<Order, float>& scaled)
+template <int Order, class One>
+HWY_INLINE RootEstimate<float> estimate_one_root(const Bernstein<Order, One>& scaled)
 {
     const hn::CappedTag<float, root_sample_count> d;
+    const hn::DFromV<One> one;
+    const auto spread = [d](One number) HWY_ATTR { return hn::Set(d, hn::GetLane(number)); };
+    const bool negative = hn::GetLane(scaled[0]) < 0.0f;
     alignas(64) float samples[root_sample_count + 1];
-    samples[0] = scaled[0];
+    hn::StoreU(scaled[0], one, samples);
     unsigned crossed = 0;
     for (std::size_t first = 0; first < root_sample_count; first += hn::Lanes(d)) {
-        auto sum = hn::Mul(hn::Set(d, scaled[0]), hn::Load(d, root_sample_factors<Order>.of[0] + first));
+        auto sum = hn::Mul(spread(scaled[0]), hn::Load(d, root_sample_factors<Order>.of[0] + first));
         for (int r = 1; r <= Order; ++r)
-            sum = hn::MulAdd(hn::Set(d, scaled[r]), hn::Load(d, root_sample_factors<Order>.of[r] + first), sum);
+            sum = hn::MulAdd(spread(scaled[r]), hn::Load(d, root_sample_factors<Order>.of[r] + first), sum);
         hn::StoreU(sum, d, samples + 1 + first);
-        crossed |= to_lane_mask(d, scaled[0] < 0.0f ? hn::Ge(sum, hn::Zero(d)) : hn::Lt(sum, hn::Zero(d)), first);
+        crossed |= to_lane_mask(d, negative ? hn::Ge(sum, hn::Zero(d)) : hn::Lt(sum, hn::Zero(d)), first);
     }
     // Two samples on each side of the root, if there are.
     const int first =
         crossed == 0 ? root_sample_count - 3 : std::clamp(std::countr_zero(crossed) - 1, 0, root_sample_count - 3);
-    const hn::CappedTag<float, 1> one;
     const auto sample = [&](int j) HWY_ATTR { return hn::Set(one, samples[first + j]); };
-    const auto [step, slope] = zero_of_cubic<hn::Vec<decltype(one)>>({sample(0), sample(1), sample(2), sample(3)});
-    return {(static_cast<float>(first) + hn::GetLane(step)) * (1.0f / root_sample_count),
-            hn::GetLane(slope) * root_sample_count};
+    const One step = zero_of_cubic<One>({sample(0), sample(1), sample(2), sample(3)});
+    const One s = (number<One>(first) + step) * number<One>(1.0 / root_sample_count);
+    const auto [root, slope] = improve_root<Order>(s, scaled);
+    return {hn::GetLane(root), hn::GetLane(slope)};
 }
 
 } // namespace HWY_NAMESPACE

@@ -97,7 +97,7 @@ HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& 
     const Verdict<float> verdict = judge<order>(lane, coefficients.error());
     if (verdict.no_root || !verdict.one_root)
         return {verdict.no_root, false, {}, false};
-    return {false, true, estimate_one_root<order>(lane), lane[0] < 0.0f};
+    return {false, true, estimate_one_root<order>(scaled), lane[0] < 0.0f};
 }
 
 // The only root in a segment, refined from that of single precision; none if double precision does not converge.
