@@ -54,7 +54,7 @@ def of_core(name, *folders, others=(), tests=None):
 
 def of_page(page):
     """The group of a page's code; the page's path is its name."""
-    return Group(page, ("project/test_pages.py",), (page, "docs/pages.py", PACKAGE))
+    return Group(page, ("project/test_pages.py",), (page, "docs/page*.py", PACKAGE))
 
 
 GROUPS = (

@@ -128,15 +128,19 @@ def test_lines_are_short(repository):
 def test_text_has_an_encoding(repository):
     """Text is UTF-8 in every locale. Ruff finds mistakes only where it knows the type of a path."""
     wrong = []
-    for folder in ("python", "tests", "examples", "bench", "docs", "tools"):
-        for path in sources(repository / folder, ".py"):
-            for call in ast.walk(ast.parse(read(path))):
-                if isinstance(call, ast.Call):
-                    name = call.func.attr if isinstance(call.func, ast.Attribute) else ""
-                    keywords = {keyword.arg for keyword in call.keywords}
-                    lacks = name in {"read_text", "write_text"} and "encoding" not in keywords
-                    if lacks or (name in {"run", "Popen"} and keywords & {"text", "universal_newlines"}):
-                        wrong.append(f"{path.relative_to(repository)}:{call.lineno}")
+    paths = [
+        path
+        for folder in ("python", "tests", "examples", "bench", "docs", "tools")
+        for path in sources(repository / folder, ".py")
+    ]
+    for path in (path for path in paths if re.search(r"(read|write)_text\(|\btext *=|universal_newlines", read(path))):
+        for call in ast.walk(ast.parse(read(path))):
+            if isinstance(call, ast.Call):
+                name = call.func.attr if isinstance(call.func, ast.Attribute) else ""
+                keywords = {keyword.arg for keyword in call.keywords}
+                lacks = name in {"read_text", "write_text"} and "encoding" not in keywords
+                if lacks or (name in {"run", "Popen"} and keywords & {"text", "universal_newlines"}):
+                    wrong.append(f"{path.relative_to(repository)}:{call.lineno}")
     assert not wrong
 
 

@@ -26,7 +26,7 @@ def run(repository, kind, count):
 
 
 def test_changed_files_are_read_or_refused(repository):
-    run(repository, "files", 100)
+    run(repository, "files", 40)
 
 
 def test_invalid_calls_return_or_raise(repository):

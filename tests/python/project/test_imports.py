@@ -1,6 +1,7 @@
 """Imports between the modules of the package: without circles, downwards, and no more than is needed."""
 
 import ast
+import functools
 import subprocess
 import sys
 
@@ -48,10 +49,15 @@ def statements(tree, in_functions):
             yield from statements(each, in_functions)
 
 
+@functools.cache
+def parsed(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imported(name, path, in_functions=False):
     """The full names that a module imports."""
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    for each in statements(ast.parse(path.read_text(encoding="utf-8")), in_functions):
+    for each in statements(parsed(path), in_functions):
         if isinstance(each, ast.Import):
             yield from (alias.name for alias in each.names)
             continue

@@ -1,5 +1,6 @@
 """`make test` leaves out groups of tests that have passed for the same files."""
 
+import os
 import re
 import subprocess
 import sys
@@ -13,9 +14,10 @@ NAMES = [group.name for group in GROUPS]
 
 
 def last_lines(folder, file):
-    command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "1", "-p", "no:cacheprovider"]
-    options = [f"--leave-out-unchanged={folder}", f"{TESTS}/{file}"]
-    ended = subprocess.run([*command, *options], cwd=REPOSITORY, capture_output=True, encoding="utf-8", check=False)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "xdist", "--numprocesses", "1", "-p", "no:cacheprovider"]
+    command += [f"--leave-out-unchanged={folder}", f"{TESTS}/{file}"]
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # others take a second each time
+    ended = subprocess.run(command, cwd=REPOSITORY, capture_output=True, encoding="utf-8", env=environment)
     return ended.stdout.strip().splitlines()[-2:]
 
 
