@@ -106,7 +106,7 @@ def test_torus_of_a_field(rng):
     field = isospline.volumes.torus(0.6, 0.25)
     volume = field.volume(96, degree=3)
     surface = isospline.Isosurface(volume, field.level)
-    points = rng.uniform(-1.2, 1.2, (2000, 3))
+    points = rng.uniform(-1.2, 1.2, (800, 3))
     from_circle = np.hypot(np.hypot(points[:, 0], points[:, 1]) - 0.6, points[:, 2])
     points, from_circle = points[from_circle > 0.02], from_circle[from_circle > 0.02]
     assert check(surface, points, surface.closest_points(points)).all()
@@ -185,10 +185,10 @@ def test_nothing_is_nearer_where_the_level_equals_samples(degree, largest):
     # With four values, nearly every cell has a corner at the level.
     for seed in range(2):
         rng = np.random.default_rng(seed)
-        data = rng.integers(0, largest, (14, 14, 14)).astype(np.uint8)
+        data = rng.integers(0, largest, (11, 11, 11)).astype(np.uint8)
         volume = isospline.Volume(data, degree=degree, spacing=(0.7, 0.9, 1.4), filter="none")
         surface = isospline.Isosurface(volume, largest // 2)
-        points = random_points(rng, volume, 1000, margin=0.0)
+        points = random_points(rng, volume, 600, margin=0.0)
         nearest = surface.closest_points(points)
         assert (nearest.error_bounds <= 1e-6 * 0.7).all()
         least = nearest.distances - nearest.error_bounds - 1e-9

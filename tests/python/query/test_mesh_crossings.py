@@ -92,7 +92,7 @@ def degenerate_rays(mesh, rng, count):
 @pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
 def test_crossings_are_those_of_rational_arithmetic(make, rng):
     mesh = make()
-    rays = degenerate_rays(mesh, rng, 150)
+    rays = degenerate_rays(mesh, rng, 90)
     triangles = [[fractions(vertex) for vertex in corners] for corners in mesh.vertices[mesh.faces]]
     expected = [exact_crossings(triangles, ray) for ray in rays]
     scene = isospline.Scene([isospline.Mesh(mesh.vertices, mesh.faces)])

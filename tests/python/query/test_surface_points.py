@@ -94,7 +94,7 @@ def test_thickness_on_noisy_data(noise, rng):
         points = surface.sample_points(400)["points"]
         index = points[:, ::-1]
         is_inner = (abs(index - (np.array(shape) - 1) / 2) < within).all(axis=1) & (abs(signed_distance(index)) < 1)
-        found = surface.thickness(points[is_inner][:60]) / thickness
+        found = surface.thickness(points[is_inner][:40]) / thickness
         assert len(found) > 20 and abs(np.quantile(found, [0.05, 0.5, 0.95]) - 1).max() < 0.02 + noise, name
 
 
@@ -154,18 +154,18 @@ def test_distance_of_a_mesh_from_a_sphere():
     """Of the points of a cube, its corners are farthest from a ball in it, and the middles of its faces nearest."""
     box = trimesh.creation.box(extents=(2, 2, 2))
     cube = isospline.Mesh(box.vertices, box.faces)
-    apart = isospline.surface_distance(cube, sphere(0.7), samples=20_000, seed=3)
-    assert abs(abs(apart.points).max(axis=1) - 1).max() < 1e-12 and len(apart.points) == 20_000
+    apart = isospline.surface_distance(cube, sphere(0.7, 28), samples=5000, seed=3)
+    assert abs(abs(apart.points).max(axis=1) - 1).max() < 1e-12 and len(apart.points) == 5000
     u = (np.arange(1000) + 0.5) / 1000
     radius = np.sqrt(1 + u[:, None] ** 2 + u**2)  # on a quarter of a face
     assert abs(apart.mean.value - (radius - 0.7).mean()) < 5 * apart.mean.error + 1e-4
     assert abs(apart.rms.value - np.sqrt(((radius - 0.7) ** 2).mean())) < 5 * apart.rms.error + 1e-4
     np.testing.assert_allclose(apart.distances, np.linalg.norm(apart.points, axis=1) - 0.7, atol=1e-4)
     lower, upper = apart.maximum
-    assert lower - 1e-4 <= math.sqrt(3) - 0.7 <= upper + 1e-4 and upper - lower <= 0.25 / 16 + 1e-12
-    back = isospline.surface_distance(sphere(0.7), cube, samples=500).maximum
-    both = isospline.hausdorff_distance(cube, sphere(0.7))
-    assert both == isospline.hausdorff_distance(sphere(0.7), cube) == (max(lower, back[0]), max(upper, back[1]))
+    assert lower - 1e-4 <= math.sqrt(3) - 0.7 <= upper + 1e-4 and upper - lower <= 0.25 / 14 + 1e-12
+    back = isospline.surface_distance(sphere(0.7, 28), cube, samples=500).maximum
+    both = isospline.hausdorff_distance(cube, sphere(0.7, 28))
+    assert both == isospline.hausdorff_distance(sphere(0.7, 28), cube) == (max(lower, back[0]), max(upper, back[1]))
 
 
 @pytest.mark.slow
@@ -182,8 +182,8 @@ def test_distances_of_meshes_are_those_of_trimesh(rng):
         lower, upper = apart.maximum
         assert lower - 1e-9 <= largest + 0.04 and largest <= upper + 1e-9
         assert upper - lower <= 1e-3 * np.linalg.norm(np.ptp(shape.bounds, axis=0)) + 1e-12
-    lower, upper = isospline.hausdorff_distance(one, other, tolerance=1e-4)
-    assert upper - lower <= 1e-4 + 1e-12
+    lower, upper = isospline.hausdorff_distance(one, other, tolerance=1e-3)
+    assert upper - lower <= 1e-3 + 1e-12
     # Samples are uniform by area: each of the box's faces has its share.
     points = isospline.surface_distance(other, one, samples=20_000).points
     for axis, part in enumerate(np.array([1.2, 0.6, 2.0]) / 3.8):
