@@ -155,7 +155,7 @@ def test_a_picture_continues_after_each_sample(whole, path):
 )
 def test_a_picture_continues_after_ctrl_c(path, count):
     """The interrupt may come at any time: tiles then have different numbers of samples."""
-    options = dict(size=(200, 150))
+    options = dict(size=(100, 75))
     expected = make_renderer(**options).run(32, noise=1e-9)
     first, told = make_renderer(**options), []
 

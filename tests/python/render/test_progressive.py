@@ -75,7 +75,7 @@ def test_variance_is_that_of_independent_pictures(scene, camera):
 
 @pytest.mark.slow
 def test_images_become_better(scene, camera):
-    best = render(scene, camera, size=SIZE, light=INTEGRATOR, samples=512).color
+    best = render(scene, camera, size=SIZE, light=INTEGRATOR, samples=256).color
     errors, before = [], None
     for image in isospline.render_progressive(scene, camera, size=SIZE, light=INTEGRATOR, samples=100):
         assert before is None or (before.color != image.color).any()  # each is an image of its own

@@ -144,7 +144,7 @@ def test_interrupting_leaves_no_video(tmp_path, ball):
         "0",
         "--fast",
         "--size",
-        "640x480",
+        "160x120",
         "--samples",
         "64",
         "--turntable",

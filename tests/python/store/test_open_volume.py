@@ -17,7 +17,7 @@ FIELD, SHAPE = volumes.heart(), (70, 64, 90)
 SIZE = (160, 120)
 
 
-@pytest.fixture(scope="module", params=[(1, "mirror"), (2, "mirror"), (2, "periodic"), (3, "mirror")])
+@pytest.fixture(scope="module", params=[(1, "mirror"), (2, "periodic"), (3, "mirror")])
 def pair(request, tmp_path_factory):
     """A volume in memory and the folder of its store."""
     degree, boundary = request.param
@@ -68,9 +68,10 @@ def test_everything_else_that_asks_for_coefficients(pair):
     assert surface.shell.count == expected.shell.count
     np.testing.assert_array_equal(surface.bounds, expected.bounds)
     assert surface.area(order=2).value == pytest.approx(expected.area(order=2).value, rel=1e-12)
+    mesh, expected_mesh = surface.to_mesh(), expected.to_mesh()
     for name in ("vertices", "faces"):
-        np.testing.assert_array_equal(getattr(surface.to_mesh(), name), getattr(expected.to_mesh(), name))
-    points = np.random.default_rng(2).uniform(-0.8, 0.8, (300, 3))
+        np.testing.assert_array_equal(getattr(mesh, name), getattr(expected_mesh, name))
+    points = np.random.default_rng(2).uniform(-0.8, 0.8, (100, 3))
     ours, theirs = (isospline.Scene([each]) for each in (surface, expected))
     np.testing.assert_array_equal(ours.signed_distance(points), theirs.signed_distance(points))
     rays = np.concatenate([points, -points], axis=1)
