@@ -5,7 +5,6 @@ import random
 import re
 import shutil
 import signal
-import time
 from pathlib import Path
 
 import numpy as np
@@ -297,23 +296,18 @@ def pixels_of(path):
 
 
 @pytest.mark.slow
-def test_a_killed_worker_costs_no_pixels(scene, camera):
+def test_a_killed_worker_costs_no_pixels(client, scene, camera):
     options = dict(size=SIZE, light=isospline.AmbientOcclusion(8), samples=4, layers=LAYERS)
     expected = isospline.render(scene, camera, **options)
-    with clusters.local_cluster(2, LIMIT) as cluster, distributed.Client(cluster) as client:
-        before = client.run(os.getpid)
-        killed = []
+    before = client.run(os.getpid)
+    killed = []
 
-        def progress(fraction):
-            if fraction > 0.2 and not killed:
-                killed.append(next(iter(before.values())))
-                os.kill(killed[0], signal.SIGKILL)
+    def progress(fraction):
+        if fraction > 0.2 and not killed:
+            killed.append(next(iter(before.values())))
+            os.kill(killed[0], signal.SIGKILL)
 
-        got = isospline.distributed.render(
-            scene, camera, client=client, tile_size=(10, 10), progress=progress, **options
-        )
-        assert got == expected and killed
-        deadline = time.time() + 30
-        while len(client.run(os.getpid)) < 2 and time.time() < deadline:
-            time.sleep(0.1)
-        assert killed[0] not in client.run(os.getpid).values()
+    got = isospline.distributed.render(scene, camera, client=client, tile_size=(10, 10), progress=progress, **options)
+    assert got == expected and killed
+    client.wait_for_workers(len(before), timeout=30)
+    assert killed[0] not in client.run(os.getpid).values()

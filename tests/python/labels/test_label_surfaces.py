@@ -81,7 +81,8 @@ def test_two_labels_share_one_surface():
 @pytest.mark.slow
 def test_neighbours_meet_without_gaps_and_overlaps():
     data = maps.cells()
-    surfaces = {number: isospline.Labels(data).surface(number) for number in range(1, 8)}
+    labels = isospline.Labels(data)
+    surfaces = {number: labels.surface(number) for number in range(1, 8)}
     for number, surface in surfaces.items():
         assert abs(volume_error(surface, data == number)) < 0.005
     # Gaps and overlaps are near the lines where three labels meet.

@@ -235,7 +235,7 @@ def test_stated_errors_hold_for_flat_and_long_bodies(body, order):
 @pytest.mark.parametrize("order", range(2, 11))
 def test_stated_errors_hold_for_ellipsoids_of_any_proportions(order):
     rng = np.random.default_rng(order)
-    for trial in range(12):
+    for trial in range(8):
         weights = rng.choice([1.0, 2.0, 3.0, 4.0, 6.0], 3)
         square, spacing = rng.uniform(6, 50) * weights.min(), np.exp(rng.uniform(-1.5, 1, 3))
         body = ellipsoid(2 + trial % 2, rng.integers(80, 104, 3) / 8, weights, square, spacing)

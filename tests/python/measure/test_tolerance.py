@@ -54,7 +54,7 @@ def test_errors_have_no_part_in_common_where_surfaces_pass_through_samples():
     ndimage = pytest.importorskip("scipy.ndimage")
     parts = []
     for seed in range(12):
-        samples = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(20,) * 3), 1.5)
+        samples = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(16,) * 3), 1.5)
         surface = isospline.Isosurface(isospline.Volume(np.round(3 * samples / samples.std())), 2.0)
         exact, found = surface.area(order=5), surface.area(tolerance=1e-2)
         assert_bounded(found, exact.value, 1e-2, exact.error)
