@@ -1,4 +1,4 @@
-"""The command line on an existing cluster: `dask scheduler` and three `dask worker` processes."""
+"""The command line on an existing cluster: `dask scheduler` and two `dask worker` processes."""
 
 import contextlib
 import gc
@@ -37,7 +37,7 @@ def started(*arguments, **options):
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    """The address of a scheduler, and its workers by their process ids. Two tests kill one of them each."""
+    """The address of a scheduler, and its workers by their process ids. A test kills one of them."""
     folder = tmp_path_factory.mktemp("cluster")
     quiet = dict(cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     file = folder / "scheduler.json"
@@ -47,13 +47,13 @@ def cluster(tmp_path_factory):
         of_one_thread = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--memory-limit", "1GB"]
         workers = [
             stack.enter_context(started("dask", "worker", *of_one_thread, "--scheduler-file", str(file), **quiet))
-            for _ in range(3)
+            for _ in range(2)
         ]
         deadline = time.time() + PATIENCE
         while not file.exists() and time.time() < deadline:
             time.sleep(0.1)
         with distributed.Client(scheduler_file=str(file), timeout=PATIENCE) as client:
-            client.wait_for_workers(3, timeout=PATIENCE)
+            client.wait_for_workers(2, timeout=PATIENCE)
             address = client.scheduler.address
         yield address, {worker.pid: worker for worker in workers}
 
@@ -88,19 +88,11 @@ def pixels_of(path):
 
 
 @pytest.mark.slow
-def test_pictures_come_from_a_scheduler(cluster, store, tmp_path, kill_at):
-    """Also if a worker is killed."""
-    given = ["render", str(store), "--level", "0.1", "--size", "512x384", "--exact", "--fast"]
+def test_pictures_come_from_a_scheduler(cluster, store, tmp_path):
+    given = ["render", str(store), "--level", "0.1", "--size", "256x192", "--exact", "--fast"]
     assert main([*given, "--quiet", "-o", str(tmp_path / "one.exr")]) == 0
-    address, workers = cluster
-    count = len(workers)
-    assert main([*given, "-o", str(tmp_path / "whole.exr"), "--scheduler", address]) == 0
-    assert len(workers) == count
-    kill_at(0.2, workers)
-    assert main([*given, "-o", str(tmp_path / "killed.exr"), "--scheduler", address]) == 0
-    assert len(workers) == count - 1
-    for name in ("whole", "killed"):
-        assert np.array_equal(pixels_of(tmp_path / "one.exr"), pixels_of(tmp_path / f"{name}.exr"))
+    assert main([*given, "-o", str(tmp_path / "whole.exr"), "--scheduler", cluster[0]]) == 0
+    assert np.array_equal(pixels_of(tmp_path / "one.exr"), pixels_of(tmp_path / "whole.exr"))
 
 
 @pytest.mark.slow
