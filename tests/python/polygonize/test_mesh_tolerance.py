@@ -181,7 +181,10 @@ def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
     assert report["self_intersections"] == count_crossings(mesh)
 
 
-@pytest.mark.parametrize("seed, degree", [(45, 2), (63, 3), (71, 2), (74, 3), (88, 3)])
+# The mesh of seed 63 takes 15 s, of which nearly all is the proof of its distance.
+@pytest.mark.parametrize(
+    "seed, degree", [(45, 2), pytest.param(63, 3, marks=pytest.mark.long), (71, 2), (74, 3), (88, 3)]
+)
 def test_faces_do_not_cross_caps(seed, degree):
     # Simplification could connect two vertices of a seam by an edge under the cap.
     spacing = np.array([0.7, 0.9, 1.4])

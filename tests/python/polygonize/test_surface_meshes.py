@@ -199,7 +199,7 @@ def test_meshes_are_the_same_for_any_number_of_threads(rng):
     surface = isospline.Isosurface(volume, 0.2, clip=isospline.HalfSpace((9, 9, 9), (1, 2, 3)), capped=True)
     meshes = []
     try:
-        for count in (1, 2, 0):
+        for count in (1, 3):
             isospline.set_thread_count(count)
             meshes.append((surface.to_mesh(), surface.to_mesh(1.0)))
     finally:

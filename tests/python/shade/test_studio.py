@@ -47,12 +47,12 @@ def test_studio_light_is_key_fill_and_sky():
 
 
 def test_few_rays_give_the_light_of_many():
-    """Shadows and hollows at four rays a pixel, beside 256: the means over blocks leave little noise, and no bias."""
+    """Shadows and hollows at four rays a pixel, beside 128: the means over blocks leave little noise, and no bias."""
     field = isospline.volumes.gyroid()
     surface = isospline.Isosurface(field.volume(40), field.level, closed=True)
     options = dict(size=(160, 120), background="white", layers=("mask",))
     few, many = (
-        isospline.render(surface, light=isospline.Studio(), samples=samples, **options) for samples in (4, 256)
+        isospline.render(surface, light=isospline.Studio(), samples=samples, **options) for samples in (4, 128)
     )
     for shown, noise in ((few.mask, 0.02), (~few.mask, 0.012)):
         error = (few.color - many.color)[shown][:, :3]
