@@ -19,9 +19,10 @@ def chromium():
     """The browser of the system. One that does not start is an error."""
     from playwright.sync_api import sync_playwright
 
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+    path = next(filter(None, map(shutil.which, names)), None)
     if path is None:
-        raise RuntimeError("the tests of the viewer need chromium, which make test installs: see tests/packages.txt")
+        raise RuntimeError("the tests of the viewer need Chromium, which make test installs: see tests/packages.txt")
     # Libraries that are preloaded for the module under test, such as a sanitizer, must not be in the browser.
     preloaded = os.environ.pop("LD_PRELOAD", None)
     with contextlib.ExitStack() as stack:
