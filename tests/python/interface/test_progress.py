@@ -26,11 +26,11 @@ RAYS = np.concatenate([3 * POINTS, -POINTS + RANDOM.uniform(-0.3, 0.3, POINTS.sh
 QUERIES = {
     "Volume.sample": lambda scene, surface, progress: surface.volume.sample(POINTS, progress=progress),
     "Volume.coefficient_weights": lambda scene, surface, progress: surface.volume.coefficient_weights(
-        POINTS[:5000], progress=progress
+        POINTS[:200], progress=progress
     ),
     **{
         f"Isosurface.{name}": lambda scene, surface, progress, name=name: getattr(surface, name)(
-            POINTS[:2000], progress=progress
+            POINTS[:200], progress=progress
         )
         for name in ("contains", "closest_points", "signed_distance", "thickness")
     },
@@ -40,7 +40,7 @@ QUERIES = {
     "Isosurface.sample_points": lambda scene, surface, progress: surface.sample_points(20_000, progress=progress),
     **{
         f"Scene.{name}": lambda scene, surface, progress, name=name: getattr(scene, name)(
-            POINTS[:2000], progress=progress
+            POINTS[:200], progress=progress
         )
         for name in ("closest_points", "signed_distance", "occupancy")
     },
