@@ -14,6 +14,7 @@ from isospline.viewer.script import script
 from isospline.viewer.state import CameraState
 
 PIL = pytest.importorskip("PIL.Image")
+SIZE = (160, 120)  # of pictures that need not have the default size
 
 
 @pytest.fixture(scope="module")
@@ -34,12 +35,6 @@ def file(samples, tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def image(samples):
-    """The picture of the samples if nothing is said."""
-    return isospline.render(samples)
-
-
 def pixels(content):
     return np.asarray(PIL.open(io.BytesIO(content)))
 
@@ -50,31 +45,30 @@ def by_command(path, *options):
     return pixels(picture.read_bytes())
 
 
-def by_viewer(shown, camera, size=(640, 480)):
+def by_viewer(shown, camera):
     """The picture that stays, and the code that makes it, with a camera: that of a window has a wider margin."""
     with isospline.view(shown, browser=False) as viewer:
-        home = viewer.camera_towards("home", size).camera()
+        home = viewer.camera_towards("home", SIZE).camera()
         np.testing.assert_allclose(home.world_to_camera[:3, :3], camera.world_to_camera[:3, :3], atol=1e-6)
         state = viewer.state.replace(camera=CameraState.of(camera))
-        image = PictureMaker(viewer.document).render(state, size, passes(state)[-1], encoding="srgb8")
-        return image.to_srgb(), script(viewer.document, state, size, "viewer.png")
+        image = PictureMaker(viewer.document).render(state, SIZE, passes(state)[-1], encoding="srgb8")
+        return image.to_srgb(), script(viewer.document, state, SIZE, "viewer.png")
 
 
-def test_a_file_an_array_a_notebook_and_the_command(file, samples, image):
-    volume = isospline.Volume(samples)
-    assert image.size == (640, 480) and image == isospline.render(file)
+def test_a_file_an_array_a_notebook_and_the_command(file, samples):
+    image = isospline.render(file)
+    assert image.size == (640, 480)
     expected = image.to_srgb()
-    np.testing.assert_array_equal(pixels(volume._repr_png_()), expected)
+    np.testing.assert_array_equal(pixels(isospline.Volume(samples)._repr_png_()), expected)
     np.testing.assert_array_equal(by_command(file), expected)
     # It is in studio light on the light background, and the speck is gone.
-    small = {"size": (160, 120)}
-    told = isospline.render(samples, light="studio", samples=4, background="#e8ebef", annotate=(), **small)
-    assert told == isospline.render(samples, **small)
+    told = isospline.render(samples, light="studio", samples=4, background="#e8ebef", annotate=(), size=SIZE)
+    assert told == isospline.render(samples, size=SIZE) == isospline.render(file, size=SIZE)
 
 
-def test_the_viewer_and_its_code(file, samples, image, tmp_path, monkeypatch):
+def test_the_viewer_and_its_code(file, samples, tmp_path, monkeypatch):
     pytest.importorskip("websockets")
-    expected = image.to_srgb()
+    expected = isospline.render(samples, size=SIZE).to_srgb()
     shown, program = by_viewer(file, isospline.camera_for(as_scene(samples)))
     np.testing.assert_array_equal(shown, expected)
     monkeypatch.chdir(tmp_path)
@@ -82,13 +76,12 @@ def test_the_viewer_and_its_code(file, samples, image, tmp_path, monkeypatch):
     np.testing.assert_array_equal(pixels((tmp_path / "viewer.png").read_bytes()), expected)
     volume = isospline.Volume(samples)
     scene = isospline.Scene([isospline.Isosurface(volume, level, closed=True) for level in (300, 600)])
-    size = (160, 120)
-    shown, _ = by_viewer(scene, isospline.camera_for(scene), size)
-    np.testing.assert_array_equal(shown, isospline.render(scene, size=size).to_srgb())
+    shown, _ = by_viewer(scene, isospline.camera_for(scene))
+    np.testing.assert_array_equal(shown, isospline.render(scene, size=SIZE).to_srgb())
 
 
 def test_a_level_and_the_quick_variant(file, samples):
-    options = {"level": 500.0, "size": (160, 120)}
+    options = {"level": 500.0, "size": SIZE}
     expected = isospline.render(samples, **options)
     words = "-l", "500", "--size", "160x120"
     np.testing.assert_array_equal(by_command(file, *words), expected.to_srgb())
@@ -101,7 +94,7 @@ def test_several_objects_have_the_same_colours_everywhere(file, samples):
     volume = isospline.Volume(samples)
     outer, inner = (isospline.Isosurface(volume, level, closed=True) for level in (300, 600))
     scene = isospline.Scene([outer, inner])
-    small = isospline.render(scene, size=(160, 120))
+    small = isospline.render(scene, size=SIZE)
     np.testing.assert_array_equal(by_command(file, "-l", "300", "-l", "600", "--size", "160x120"), small.to_srgb())
     np.testing.assert_array_equal(pixels(scene._repr_png_()), isospline.render(scene).to_srgb())
 
@@ -111,9 +104,9 @@ def test_a_scale_bar_if_the_unit_is_known(samples, tmp_path):
     image = nibabel.Nifti1Image(samples.T, np.diag((-0.5, -0.5, 0.5, 1)))
     image.header.set_xyzt_units("mm")
     nibabel.save(image, tmp_path / "ball.nii")
-    small = {"size": (320, 240)}
+    small = {"size": SIZE}
     shown = isospline.render(tmp_path / "ball.nii", **small)
-    np.testing.assert_array_equal(by_command(tmp_path / "ball.nii", "--size", "320x240"), shown.to_srgb())
+    np.testing.assert_array_equal(by_command(tmp_path / "ball.nii", "--size", "160x120"), shown.to_srgb())
     data = isospline.read_volume(tmp_path / "ball.nii")
     assert isospline.render(data, **small) == shown != isospline.render(data, annotate=(), **small)
     assert isospline.render(data, light="studio", **small) == isospline.render(data, annotate=(), **small)
@@ -128,25 +121,25 @@ def test_files_of_labels_meshes_and_stores(samples, tmp_path):
     labels[4:12, 5:20, 5:20], labels[12:20, 5:20, 8:20] = 1, 2
     labels = scipy.ndimage.median_filter(labels, 5)
     np.save(tmp_path / "labels.npy", labels)
-    expected = isospline.render(tmp_path / "labels.npy", size=(160, 120))
+    expected = isospline.render(tmp_path / "labels.npy", size=SIZE)
     np.testing.assert_array_equal(by_command(tmp_path / "labels.npy", "--size", "160x120"), expected.to_srgb())
-    assert expected == isospline.render(isospline.Labels(labels).scene(closed=True), size=(160, 120))
+    assert expected == isospline.render(isospline.Labels(labels).scene(closed=True), size=SIZE)
 
     surface = isospline.Isosurface(isospline.Volume(samples), 400.0, closed=True)
     surface.write(tmp_path / "ball.ply")
     mesh = isospline.read_mesh(tmp_path / "ball.ply")
-    assert isospline.render(tmp_path / "ball.ply", size=(160, 120)) == isospline.render(mesh, size=(160, 120))
+    assert isospline.render(tmp_path / "ball.ply", size=SIZE) == isospline.render(mesh, size=SIZE)
     with pytest.raises(ValueError, match="^level: expected none with the file of a mesh, got 3"):
         isospline.render(tmp_path / "ball.ply", level=3.0)
 
 
 def test_a_store_is_shown_at_the_scale_of_the_picture(samples, tmp_path):
     pytest.importorskip("zarr")
-    fine = scipy.ndimage.zoom(samples, 4, order=1)
+    fine = scipy.ndimage.zoom(samples, 2, order=1)
     np.save(tmp_path / "fine.npy", fine)
     assert main(["convert", str(tmp_path / "fine.npy"), str(tmp_path / "fine.zarr"), "--quiet"]) == 0
-    expected = isospline.render(tmp_path / "fine.zarr", level=400.0, size=(80, 60))
-    by_hand = by_command(tmp_path / "fine.zarr", "-l", "400", "--size", "80x60")
+    expected = isospline.render(tmp_path / "fine.zarr", level=400.0, size=(40, 30))
+    by_hand = by_command(tmp_path / "fine.zarr", "-l", "400", "--size", "40x30")
     np.testing.assert_array_equal(by_hand, expected.to_srgb())
 
 
