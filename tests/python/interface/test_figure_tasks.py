@@ -15,13 +15,13 @@ FEW = dict(size=(48, 36), samples=1)
 @pytest.fixture
 def part():
     field = iso.volumes.sphere(0.6)
-    return iso.Isosurface(field.volume(24), field.level)
+    return iso.Isosurface(field.volume(16), field.level)
 
 
 @pytest.fixture
 def scan():
     field = iso.volumes.sphere(0.65)
-    return iso.Isosurface(field.volume(24), field.level, name="scan")
+    return iso.Isosurface(field.volume(16), field.level, name="scan")
 
 
 def test_how_far_a_scan_is_from_the_part(scan, part, tmp_path):

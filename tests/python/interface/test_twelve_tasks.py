@@ -240,7 +240,7 @@ def area_at(surface, level):
 
 def test_workers(surface):
     levels = [-0.1, -0.05, 0.0]
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as workers:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as workers:
         areas = list(workers.map(area_at, [surface] * 3, levels))
     assert areas == [surface.with_level(level).area() for level in levels]
     with answered("set_thread_count("):

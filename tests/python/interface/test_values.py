@@ -132,12 +132,12 @@ def test_copies_of_python_313_are_replaced_by_parameters():
         assert replaced(look) == look
 
 
-@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
-def test_values_arrive_as_they_were(value, way):
-    arrived = WAYS[way](value)
-    assert type(arrived) is type(value) and repr(arrived) == repr(value)
-    assert arrived == value and (arrived != value) is False and hash(arrived) == hash(value)
+def test_values_arrive_as_they_were(value):
+    for way in WAYS.values():
+        arrived = way(value)
+        assert type(arrived) is type(value) and repr(arrived) == repr(value)
+        assert arrived == value and (arrived != value) is False and hash(arrived) == hash(value)
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
@@ -294,7 +294,7 @@ def test_surfaces_arrive_as_they_were(options, way):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_scenes_arrive_as_they_were(way):
-    ball, mesh = sphere(), mesh_sphere(5.0)
+    ball, mesh = sphere(), mesh_sphere(5.0, 32)
     scene = isospline.Scene([ball, mesh], build_quality="low")
     scene.add(ball, moved(*(CENTER + (20, 0, 0))), casts_shadow=False)
     scene.add(mesh, moved(*(CENTER + (0, 20, 0))), visible=False)
@@ -330,7 +330,6 @@ def test_meshes_arrive_as_they_were(way, rng):
         assert arrived.material == each.material
 
 
-@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(
     "options",
     [
@@ -339,22 +338,23 @@ def test_meshes_arrive_as_they_were(way, rng):
         {"light": isospline.PathTracer(), "layers": ("variance",)},
     ],
 )
-def test_images_arrive_as_they_were(way, options, tmp_path):
+def test_images_arrive_as_they_were(options, tmp_path):
     scene = isospline.Scene(isospline.Isosurface(VOLUME, FIELD.level))
     image = isospline.render(scene, size=(24, 18), **options)
-    arrived = WAYS[way](image)
-    assert arrived == image and repr(arrived) == repr(image) and arrived.layers == image.layers
-    np.testing.assert_array_equal(arrived.to_srgb(), image.to_srgb())
-    for name in image.layers:
-        np.testing.assert_array_equal(getattr(arrived, name), getattr(image, name))
-    np.testing.assert_array_equal(arrived.world_to_ndc, image.world_to_ndc)
-    arrived.to_srgb()[...] = 0
-    if "encoding" not in options:
-        for name, each in (("a", image), ("b", arrived)):
-            each.write(tmp_path / f"{name}.exr")
-        assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
-        arrived.color[0, 0, 0] += 1
-        assert arrived != image
+    for way in WAYS.values():
+        arrived = way(image)
+        assert arrived == image and repr(arrived) == repr(image) and arrived.layers == image.layers
+        np.testing.assert_array_equal(arrived.to_srgb(), image.to_srgb())
+        for name in image.layers:
+            np.testing.assert_array_equal(getattr(arrived, name), getattr(image, name))
+        np.testing.assert_array_equal(arrived.world_to_ndc, image.world_to_ndc)
+        arrived.to_srgb()[...] = 0
+        if "encoding" not in options:
+            for name, each in (("a", image), ("b", arrived)):
+                each.write(tmp_path / f"{name}.exr")
+            assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
+            arrived.color[0, 0, 0] += 1
+            assert arrived != image
 
 
 def test_hoppers_results_and_fields_travel():
@@ -382,7 +382,7 @@ def test_other_processes_cast_rays(method):
     rays = rays_at(scene.bounds)
     expected = scene.cast_rays(rays)
     context = multiprocessing.get_context(method)
-    with concurrent.futures.ProcessPoolExecutor(2, mp_context=context) as pool:
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as pool:
         for hits, rows in zip(pool.map(first_hits, [scene] * 2, np.split(rays, 2)), np.split(np.arange(len(rays)), 2)):
             for name, array in hits.items():
                 np.testing.assert_array_equal(array, expected[name][rows])
@@ -403,7 +403,7 @@ def test_dask_casts_rays_on_processes():
     scene = isospline.Scene([sphere()])
     rays = rays_at(scene.bounds)
     tasks = [dask.delayed(first_hits)(scene, each) for each in np.array_split(rays, 3)]
-    found = dask.compute(*tasks, scheduler="processes", num_workers=2)
+    found = dask.compute(*tasks, scheduler="processes", num_workers=1)
     np.testing.assert_array_equal(np.concatenate([hits.t_hit for hits in found]), scene.cast_rays(rays).t_hit)
 
 
