@@ -85,6 +85,7 @@ def test_a_level_keeps_all_its_digits_if_another_is_refused(page, viewer):
 
 
 def test_other_fields_keep_their_value_as_well(page, viewer):
+    page.page.set_viewport_size({"width": 600, "height": 300})  # in which the slices cover no message
     page.open("slicing")
     page.page.get_by_label("Show three slices").click()
     page.wait("isospline.state.slices.shown")

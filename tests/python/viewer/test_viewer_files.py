@@ -190,7 +190,7 @@ def test_what_is_made_of_a_closed_source_goes(ball):
 def test_pictures_are_saved_at_any_size_and_without_background(shown):
     page, viewer = shown
     page.open("saving")
-    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["320", "300"]
+    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["220", "220"]
     page.page.get_by_label("Width").fill("300")
     page.page.get_by_label("Height").fill("200")
     page.page.get_by_label("Transparent background").check()
@@ -205,9 +205,9 @@ def test_pictures_are_saved_at_any_size_and_without_background(shown):
     _, content = page.download("[data-save=python]")
     assert b"size=(300, 200)" in content
     page.page.get_by_role("button", name="Size of the picture").click()
-    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["320", "300"]
+    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["220", "220"]
     _, content = page.download("[data-save=python]")
-    assert b"size=(320, 300)" in content
+    assert b"size=(220, 220)" in content
     page.evaluate("isospline.send({type: 'save', what: 'png', options: {width: 16384, height: 16384}})")
     text = "size: expected at most 67108864 pixels, got 16384 x 16384"
     page.wait(f"document.getElementById('messages').textContent.includes('{text}')")

@@ -112,7 +112,7 @@ def test_levels_of_whole_numbers_stay_halfway_between_them(browser, tmp_path):
 
 def test_orbit_pan_and_zoom(page, large_ball):
     start = page.evaluate("isospline.camera")
-    page.drag((160, 200), (240, 160))
+    page.drag((100, 150), (160, 120))
     page.settle()
     orbited = page.evaluate("isospline.camera")
     assert np.linalg.norm(np.subtract(orbited["eye"], orbited["target"])) == pytest.approx(
@@ -122,7 +122,7 @@ def test_orbit_pan_and_zoom(page, large_ball):
     assert not np.allclose(orbited["eye"], start["eye"])
     np.testing.assert_array_equal(page.pixels(), rendered(page, path=large_ball))
 
-    page.drag((160, 200), (210, 200), button="right")
+    page.drag((100, 150), (150, 150), button="right")
     panned = page.evaluate("isospline.camera")
     move = np.subtract(panned["target"], orbited["target"])
     assert np.allclose(np.subtract(panned["eye"], orbited["eye"]), move) and np.linalg.norm(move) > 1
@@ -140,7 +140,7 @@ def test_orbit_pan_and_zoom(page, large_ball):
 
 def test_moving_frames_are_jpeg_and_no_larger_than_the_window(page):
     page.evaluate("window.seen = []; isospline.on('shown', about => seen.push(about))")
-    page.drag((160, 200), (260, 230), steps=30)
+    page.drag((100, 150), (200, 180), steps=30)
     page.settle()
     seen = page.evaluate("seen")
     full = seen[-1]["size"]
@@ -154,6 +154,8 @@ def test_moving_frames_are_jpeg_and_no_larger_than_the_window(page):
 def test_each_frame_is_of_one_state(page, large_ball, viewer):
     """Level and colour change together: each drawn picture shows both changes or neither."""
     id = viewer.state.objects[0].id
+    page.page.set_viewport_size({"width": 600, "height": 300})  # of the pixels, few are at edges
+    page.wait("isospline.frame.size[1] === 300")
     viewer.change(lambda state: state.with_object(id, color="#0000ff"))
     for _ in range(600):  # until the first colour, which is reddish, is gone
         if (page.pixels()[..., 0].astype(int) < page.pixels()[..., 2] - 40).mean() > 0.1:
@@ -331,7 +333,7 @@ def test_a_dropped_file_opens_and_a_broken_one_is_a_message(page, viewer, large_
 def test_windows_share_what_is_shown_and_not_the_camera(browser, page, viewer):
     other = Page(browser, viewer.url)
     other.settle()
-    page.drag((160, 200), (240, 160))
+    page.drag((100, 150), (160, 120))
     field = page.page.locator(".object input.number")
     field.fill("7")
     other.wait("isospline.state.objects[0].level === 7")
@@ -345,7 +347,7 @@ def test_windows_share_what_is_shown_and_not_the_camera(browser, page, viewer):
 
 
 def test_a_reloaded_page_shows_the_same(page, viewer):
-    page.drag((160, 200), (240, 160))
+    page.drag((100, 150), (160, 120))
     page.page.locator(".object input.number").fill("7")
     page.settle()
     camera, pixels = page.evaluate("isospline.camera"), page.pixels()

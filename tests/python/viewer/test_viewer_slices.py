@@ -280,6 +280,8 @@ def test_the_sides_of_a_patient_are_named(browser, head):
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 def test_zooming_keeps_what_is_under_the_pointer(page, viewer, projection):
+    page.page.set_viewport_size({"width": 600, "height": 300})
+    page.settle()
     if projection == "orthographic":
         page.page.get_by_role("button", name="Orthographic").click()
         page.settle()
