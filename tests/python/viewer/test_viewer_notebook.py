@@ -174,10 +174,10 @@ def test_the_viewer_is_in_the_cell(browser, volume, notebook, tmp_path):
         assert viewer.state.objects[0].level == level
 
         # Files arrive in parts, and the page waits while many are on their way.
-        samples = np.random.default_rng(1).normal(size=(128, 128, 160)).astype(np.float32)
-        np.save(tmp_path / "noise.npy", samples)
-        cell.frame.locator("#open").set_input_files(tmp_path / "noise.npy")
-        cell.wait("[...isospline.sources.values()].some(each => each.name === 'noise.npy')")
+        samples = np.arange(128 * 128 * 160, dtype=np.float32).reshape(128, 128, 160)
+        np.save(tmp_path / "ramp.npy", samples)
+        cell.frame.locator("#open").set_input_files(tmp_path / "ramp.npy")
+        cell.wait("[...isospline.sources.values()].some(each => each.name === 'ramp.npy')")
         assert cell.evaluate("isospline.socket.bufferedAmount") == 0
         opened = [each.item for each in viewer.document][1]
         np.testing.assert_allclose(opened.sample((3.0, 50.0, 127.0)), samples[127, 50, 3], rtol=1e-4)

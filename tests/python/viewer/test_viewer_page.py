@@ -293,7 +293,7 @@ def test_slices_show_values_and_move_together(page, viewer):
     page.wait("isospline.state.slices.window[1] - isospline.state.slices.window[0] === 1000")
 
 
-def test_what_is_saved(page, viewer, large_ball, tmp_path):
+def test_what_is_saved(page, viewer, tmp_path, monkeypatch):
     page.open("saving")
     name, content = page.download("[data-save=png]")
     np.testing.assert_array_equal(np.asarray(PIL.Image.open(io.BytesIO(content)).convert("RGB")), page.pixels())
@@ -308,8 +308,7 @@ def test_what_is_saved(page, viewer, large_ball, tmp_path):
     assert name == "mesh.stl"
     mesh = trimesh.load(io.BytesIO(content), file_type="stl")
     assert mesh.is_watertight and mesh.volume == pytest.approx(4 / 3 * np.pi * 20**3, rel=1e-2)
-    page.page.set_viewport_size({"width": 460, "height": 90})
-    page.settle()
+    monkeypatch.setattr("isospline.viewer.save.TURN", 4)
     name, content = page.download("[data-save=turntable]")
     assert name == "turntable.mp4" and b"ftyp" in content[:16]
 

@@ -15,6 +15,7 @@ from interrupts import obey_signals
 from viewer_client import Client, port_of
 
 import isospline
+from isospline.cli.main import main
 from isospline.viewer.access import is_local
 
 
@@ -146,24 +147,15 @@ def test_closing_twice_and_in_the_middle_of_a_picture(ball):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("with_window", [False, True])
-def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
+def test_ctrl_c_ends_the_command_without_a_traceback(ball):
     command = [sys.executable, "-m", "isospline", "view", str(ball), "--no-browser"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_signals
     )
     try:
-        url = process.stdout.readline().strip()
-        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", url)
-        if with_window:
-
-            class Told:
-                pass
-
-            told = Told()
-            told.url = url
-            client = Client(told)
-            client.receive("frame")
+        process.url = process.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", process.url)
+        Client(process).receive("frame")
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=30)
     finally:
@@ -199,7 +191,6 @@ def test_ctrl_c_ends_the_command_where_python_drops_the_exception(ball):
     assert done.stderr == "isospline: Ctrl-C ends the viewer\n"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -209,10 +200,10 @@ def test_ctrl_c_ends_the_command_where_python_drops_the_exception(ball):
         (["--host", "no.such.host.invalid"], "port: expected a free port at no.such.host.invalid, got 0"),
     ],
 )
-def test_wrong_arguments_are_one_line(arguments, message):
-    command = [sys.executable, "-m", "isospline", "view", "--no-browser", *arguments]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=60)
-    assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
+def test_wrong_arguments_are_one_line(arguments, message, capsys):
+    assert main(["view", "--no-browser", *arguments]) == 2
+    errors = capsys.readouterr().err
+    assert message in errors and errors.count("\n") == 1
 
 
 def test_without_websockets_the_extra_is_named(monkeypatch):
