@@ -32,8 +32,10 @@ std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices,
     const FaceOctree octree = octree_of(boxes, 0.25 * margin);
     std::vector<std::uint8_t> found(vertices.size());
     parallel_for(found.size(), 16384, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            found[i] = !octree.visit({vertices[i] - margin, vertices[i] + margin}, [](std::uint32_t) { return false; });
+        for (std::size_t i = begin; i < end; ++i) {
+            const Box around{vertices[i] - margin, vertices[i] + margin};
+            found[i] = !octree.visit(around, [&](std::uint32_t box) { return !boxes[box].meets(around); });
+        }
     });
     return found;
 }

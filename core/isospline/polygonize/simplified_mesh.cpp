@@ -161,12 +161,12 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
             return {std::move(mesh), std::move(feet), meshes.proof().distance(), meshes.proof().uncovered(), missing};
         }
         const Redo what = attempt == 1 ? Redo::vertices : attempt == 2 ? Redo::surrounding : Redo::surrounding_alone;
-        if (what == Redo::surrounding_alone)
+        if (what == Redo::surrounding_alone) {
+            margin *= attempt == 3 ? 2.0 : 4.0;
             meshes.keep_near(failed, margin);
+        }
         simplification.redo(failed, margin, meshes.proof().uncovered(), what,
                             part_of(progress, 1.0 - 0.75 * left, 1.0 - 0.5 * left));
-        if (what == Redo::surrounding_alone)
-            margin *= 8.0;
     }
 }
 

@@ -307,7 +307,7 @@ class Command:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ending", ["SIGTERM", "SIGHUP", "SIGKILL"])
+@pytest.mark.parametrize("ending", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
 def test_uploads_do_not_outlive_the_viewer(ball, tmp_path, ending):
     folder = tmp_path / "temporary"
     folder.mkdir()
@@ -317,7 +317,7 @@ def test_uploads_do_not_outlive_the_viewer(ball, tmp_path, ending):
         _, errors = running.process.communicate(timeout=120)  # for a busy machine
     finally:
         running.process.kill()
-    if ending == "SIGTERM":  # a proper end: nothing is left when the program has ended
+    if ending in ("SIGINT", "SIGTERM"):  # a proper end: nothing is left when the program has ended
         assert running.process.returncode == 0 and errors == "isospline: Ctrl-C ends the viewer\n"
         assert not os.listdir(folder)
     wait(lambda: not os.listdir(folder))
