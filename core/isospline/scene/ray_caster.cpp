@@ -126,7 +126,7 @@ int RayCaster::width() const
 
 std::size_t RayCaster::batch_size() const
 {
-    return impl_->has_stream(impl_->camera) ? largest_batch : 1;
+    return impl_->has_stream() ? largest_batch : 1;
 }
 
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
@@ -144,7 +144,9 @@ void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std:
     for (std::size_t i = 0; i < packets.size(); ++i)
         check_packet(packets[i], width(), hits_of_packet(hits, i).size());
     impl_->ray_count += ray_count(packets);
-    if (impl_->has_stream(impl_->camera))
+    if (packets.empty())
+        return;
+    if (impl_->has_stream() && impl_->prefers_stream(packets))
         return impl_->cast_stream(packets, index, hits, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i) {
         hit_lanes[i] = impl_->packet_size == 0

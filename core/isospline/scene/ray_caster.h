@@ -18,8 +18,8 @@ class SceneSnapshot;
 /// a packet stay in the cache from where they are made to where they are used.
 class RayCaster {
 public:
-    /// How the rays of a packet are traced: incoherent rays one by one, coherent rays together. The results are the
-    /// same.
+    /// How the rays of a packet are traced: incoherent rays one by one, coherent rays together where they are so close
+    /// that this is faster. The results are the same.
     enum class Rays { incoherent, coherent };
     /// The parts of a hit that are set: t, uv and ids, or all.
     enum class Parts { t_and_ids, all };
@@ -45,7 +45,7 @@ public:
     /// thrown; later calls are not affected.
     LaneMask cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
 
-    /// Rays are fastest in batches of so many packets; 1 if they are coherent, or for another reason not in a stream.
+    /// Rays are fastest in batches of so many packets; 1 if they are never in a stream.
     std::size_t batch_size() const;
     static constexpr std::size_t largest_batch = 16;
 

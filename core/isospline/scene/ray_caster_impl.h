@@ -112,10 +112,12 @@ struct RayCaster::Impl {
     /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
     LaneMask prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal);
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
-    /// Whether rays go in a stream: they are incoherent, and all that they see can trace them so.
-    bool has_stream(const Traversal& traversal) const
+    /// Whether all that the camera sees can trace rays in a stream.
+    bool has_stream() const { return camera.alone != nullptr && camera.alone->object->with_stream() != nullptr; }
+    /// Whether a stream is the fastest way for packets whose rays are as close as those in the middle one.
+    bool prefers_stream(std::span<const RayPacket> packets) const
     {
-        return packet_size == 0 && traversal.alone != nullptr && traversal.alone->object->with_stream() != nullptr;
+        return packet_size == 0 || !scene.coherence(&SeenBy::camera).suits_packet(packets[packets.size() / 2]);
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);

@@ -27,6 +27,8 @@ constexpr std::size_t most_groups = 16;
 /// Rays of a group suit packets if they enter and leave the box within this many cells. Packets of 4 x 4 rays break
 /// even with single rays at about 12 cells.
 constexpr double tight_spread = 10.0;
+/// A packet breaks even with a stream of its rays at about this spread, in cells.
+constexpr double stream_spread = 4.0;
 /// Rays of a group within so many cells are those of a row of a picture, and tight once they are sorted.
 constexpr double near_spread = 20.0;
 /// Rays of a group that enter the box farther from each other read other parts of the index and the volume each.
@@ -78,34 +80,48 @@ RayCoherence::RayCoherence(const SceneSnapshot::Impl& scene, bool SeenBy::*sees)
     }
 }
 
+std::optional<RayCoherence::Spread> RayCoherence::spread(std::size_t count, const RayAt& ray_at) const
+{
+    // Entries and exits, projected along the direction of the first ray.
+    Box entries, exits;
+    glm::dvec3 along(0.0);
+    const auto across = [&along](const glm::dvec3& point) { return point - glm::dot(point, along) * along; };
+    for (std::size_t i = 0; i < count; ++i) {
+        const Ray ray = ray_at(i);
+        const std::optional<Interval> inside = clip(ray, box_);
+        if (!inside || !is_finite(ray.origin) || !is_finite(ray.direction))
+            continue;
+        if (entries.empty())
+            along = glm::normalize(ray.direction);
+        entries.extend(across(ray.at(inside->t_near)));
+        exits.extend(across(ray.at(inside->t_far)));
+    }
+    if (entries.empty())
+        return std::nullopt;
+    const double of_entries = glm::length(entries.size()) / cell_;
+    return Spread{of_entries, std::max(of_entries, glm::length(exits.size()) / cell_)};
+}
+
+bool RayCoherence::suits_packet(const RayPacket& rays) const
+{
+    // Those at opposite corners of a tile, or at the ends of a row.
+    const auto of_ends = spread(2, [&rays](std::size_t i) { return rays.ray(i == 0 ? 0 : rays.count - 1); });
+    return of_ends && of_ends->largest <= stream_spread;
+}
+
 RayCoherence::Closeness RayCoherence::closeness(std::size_t count, const RayAt& ray_at) const
 {
     const std::size_t groups = count / group_size;
     const std::size_t step = (groups + most_groups - 1) / most_groups;
     std::size_t tight = 0, near = 0, far = 0, seen = 0;
     for (std::size_t group = 0; group < groups; group += step) {
-        // Entries and exits, projected along the direction of the first ray.
-        Box entries, exits;
-        glm::dvec3 along(0.0);
-        const auto across = [&along](const glm::dvec3& point) { return point - glm::dot(point, along) * along; };
-        for (std::size_t i = 0; i < group_size; ++i) {
-            const Ray ray = ray_at(group * group_size + i);
-            const std::optional<Interval> inside = clip(ray, box_);
-            if (!inside || !is_finite(ray.origin) || !is_finite(ray.direction))
-                continue;
-            if (entries.empty())
-                along = glm::normalize(ray.direction);
-            entries.extend(across(ray.at(inside->t_near)));
-            exits.extend(across(ray.at(inside->t_far)));
-        }
-        if (entries.empty())
+        const auto of_group = spread(group_size, [&](std::size_t i) { return ray_at(group * group_size + i); });
+        if (!of_group)
             continue;
         ++seen;
-        const double begin = glm::length(entries.size()) / cell_,
-                     both = std::max(begin, glm::length(exits.size()) / cell_);
-        tight += both <= tight_spread;
-        near += both <= near_spread;
-        far += begin > far_spread;
+        tight += of_group->largest <= tight_spread;
+        near += of_group->largest <= near_spread;
+        far += of_group->of_entries > far_spread;
     }
     const auto most = [seen](std::size_t some) { return seen > 0 && 4 * some >= 3 * seen; };
     return most(tight) ? Closeness::packets : most(near) || most(far) ? Closeness::sorting : Closeness::none;

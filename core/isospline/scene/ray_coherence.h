@@ -4,12 +4,14 @@
 #include "isospline/math/box.h"
 #include "isospline/math/ray.h"
 #include "isospline/scene/scene_snapshot.h"
+#include "isospline/trace/ray_packet.h"
 #include "isospline/util/progress.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace isospline {
@@ -32,11 +34,20 @@ public:
     /// It looks at some groups of rays, which are spread over the array.
     Closeness closeness(std::size_t count, const RayAt& ray_at) const;
 
+    /// Whether a packet is faster than a stream of its rays, for a scene that can trace both.
+    bool suits_packet(const RayPacket& rays) const;
+
     /// The places of the rays, in an order in which rays that follow each other have about the same direction and begin
     /// at about the same place, and so meet what the last ones have left in caches.
     std::vector<std::size_t> sorted(std::size_t count, const RayAt& ray_at, const Progress& progress) const;
 
 private:
+    /// How far the rays of a group are from each other, in cells.
+    struct Spread {
+        double of_entries, largest; ///< where they enter the box; there, or where they leave it
+    };
+    /// Nothing if no ray meets the box.
+    std::optional<Spread> spread(std::size_t count, const RayAt& ray_at) const;
     /// The octant of a ray's direction, and the place where it enters the box.
     std::uint64_t key(const Ray& ray) const;
 

@@ -50,10 +50,15 @@ glm::dvec3 SceneSnapshot::offset_position(const Hit& hit, const glm::dvec3& towa
     return instance.object->offset_position(hit, towards, impl_->frame, instance.placement);
 }
 
+const RayCoherence& SceneSnapshot::Impl::coherence(bool SeenBy::*sees) const
+{
+    Lazy<RayCoherence>& known = sees == &SeenBy::camera ? camera_coherence : shadow_coherence;
+    return known.get({}, [&] { return RayCoherence(*this, sees); });
+}
+
 const RayCoherence& SceneSnapshot::coherence(bool SeenBy::*sees) const
 {
-    Lazy<RayCoherence>& known = sees == &SeenBy::camera ? impl_->camera_coherence : impl_->shadow_coherence;
-    return known.get({}, [&] { return RayCoherence(*impl_, sees); });
+    return impl_->coherence(sees);
 }
 
 Box SceneSnapshot::bounds() const

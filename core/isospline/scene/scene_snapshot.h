@@ -50,9 +50,9 @@ public:
     SceneSnapshot& operator=(const SceneSnapshot&) = delete;
 
     /// First crossing of each ray within its [t_near, t_far], on the calling thread. With `coherent`, consecutive rays
-    /// are traced in packets. This is faster for rays that are close together, as those of a small tile of a picture;
-    /// the hits are the same. Throws std::invalid_argument for a ray whose origin or direction is not finite or whose
-    /// direction is zero, and if there is not one hit for each ray.
+    /// may be traced in packets. This is faster for rays that are close together, as those of a small tile of a
+    /// picture; the hits are the same. Throws std::invalid_argument for a ray whose origin or direction is not finite
+    /// or whose direction is zero, and if there is not one hit for each ray.
     void cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent = false) const;
 
     /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. With

@@ -75,6 +75,9 @@ struct SceneSnapshot::Impl {
     mutable std::atomic<std::uint64_t> ray_count = 0;   ///< rays that were cast at it
     mutable Lazy<RayCoherence> camera_coherence, shadow_coherence;
 
+    /// The coherence of rays that meet objects as SeenBy::camera or SeenBy::shadow says.
+    const RayCoherence& coherence(bool SeenBy::*sees) const;
+
     /// For test_occlusions() and attenuate_rays().
     RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }
 

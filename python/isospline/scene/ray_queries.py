@@ -51,9 +51,10 @@ class RayQueries(_core.Scene):
             Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
         coherent : bool, optional
             Whether consecutive rays are close together, as the primary rays of a picture. Coherent rays are traced in
-            SIMD packets, others one by one. By default, this is found out from the rays themselves; if they are far
-            from each other, they are traced in another order. The hits are the same, bit for bit. Rays at volumes of
-            stores are sorted unless they are coherent, so that most chunks are read once.
+            SIMD packets where they are so close that this is faster, others one by one. By default, this is found out
+            from the rays themselves; if they are far from each other, they are traced in another order. The hits are
+            the same, bit for bit. Rays at volumes of stores are sorted unless they are coherent, so that most chunks
+            are read once.
         certify : bool
             Adds what is proven of each ray's first crossing with the model of the stored float32 coefficients, by
             arithmetic that is rounded outwards and independent of the other outputs. The scene's visible objects must
