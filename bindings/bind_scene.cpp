@@ -67,7 +67,8 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
         const auto kind = given.arrange(*snapshot, &SeenBy::camera, coherent, part_of(report, 0.05, 0.1));
         given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts, contact);
-            std::vector<Hit> hits(caster.batch_size() * RayPacket::capacity);
+            const auto width = static_cast<std::size_t>(caster.width());
+            std::vector<Hit> hits(caster.batch_size() * width);
             std::array<LaneMask, RayCaster::largest_batch> hit_lanes;
             HitArrays::LastObject last;
             std::array<double, ray_chunk_size> t_hits;
@@ -99,7 +100,7 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
                                      caster.cast(packets, first, hits, hit_lanes);
                                      for (std::size_t i = 0; i < packets.size(); ++i) {
                                          keep(packets[i], first, places[i], hit_lanes[i],
-                                              std::span(hits).subspan(i * RayPacket::capacity, RayPacket::capacity));
+                                              std::span(hits).subspan(i * width, width));
                                          first += static_cast<std::size_t>(packets[i].count);
                                      }
                                  });

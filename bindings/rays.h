@@ -111,7 +111,7 @@ struct GivenRays {
     std::size_t count() const { return rows.count(); }
 
     /// Sets the order in which the rays are traced fastest, and tells how. `coherent` rays keep their order, or that of
-    /// tiles, and are traced in packets; others one by one. If that is not given, it is found out, and rays that are
+    /// tiles, and may be traced in packets; others one by one. If that is not given, it is found out, and rays that are
     /// far from each other are sorted. Rays at volumes on disk that are not coherent are sorted in any case, so that
     /// chunks are read rarely.
     RayCaster::Rays arrange(const SceneSnapshot& scene, bool SeenBy::*sees, std::optional<bool> coherent,

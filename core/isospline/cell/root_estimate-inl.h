@@ -45,7 +45,7 @@ struct RootSampleFactors {
 template <int Order>
 inline constexpr RootSampleFactors<Order> root_sample_factors{};
 
-/// The approximate root, and about the derivative there.
+/// The approximate root, and the derivative where the last step to it began.
 template <class V>
 struct RootEstimate {
     V s, slope;

@@ -162,7 +162,7 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
         }
         const Redo what = attempt == 1 ? Redo::vertices : attempt == 2 ? Redo::surrounding : Redo::surrounding_alone;
         if (what == Redo::surrounding_alone) {
-            margin *= attempt == 3 ? 2.0 : 4.0;
+            margin *= attempt == 3 ? 2.0 : 4.0; // one tolerance: half of it may hold no vertex; then four
             meshes.keep_near(failed, margin);
         }
         simplification.redo(failed, margin, meshes.proof().uncovered(), what,

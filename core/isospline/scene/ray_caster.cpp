@@ -8,9 +8,9 @@ namespace isospline {
 namespace {
 
 /// The hits of a packet of several, from its first one on.
-std::span<Hit> hits_of_packet(std::span<Hit> hits, std::size_t packet)
+std::span<Hit> hits_of_packet(std::span<Hit> hits, std::size_t packet, int width)
 {
-    return hits.subspan(std::min(packet * RayPacket::capacity, hits.size()));
+    return hits.subspan(std::min(packet * static_cast<std::size_t>(width), hits.size()));
 }
 
 /// Sets the parts of a hit that are known before its object completes it.
@@ -105,7 +105,7 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
     PacketStream(scene.frame, camera, packets, index, stream_hits, hit_lanes).cast();
     for (std::size_t i = 0; i < packets.size(); ++i)
-        set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i));
+        set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i, width()));
 }
 
 RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact)
@@ -121,7 +121,7 @@ RayCaster::~RayCaster() = default;
 
 int RayCaster::width() const
 {
-    return impl_->packet_size == 0 ? RayPacket::capacity : impl_->packet_size;
+    return impl_->width();
 }
 
 std::size_t RayCaster::batch_size() const
@@ -142,7 +142,7 @@ void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std:
     if (hit_lanes.size() < packets.size())
         throw_invalid("hit_lanes", "one for each of " + std::to_string(packets.size()) + " packets", hit_lanes.size());
     for (std::size_t i = 0; i < packets.size(); ++i)
-        check_packet(packets[i], width(), hits_of_packet(hits, i).size());
+        check_packet(packets[i], width(), hits_of_packet(hits, i, width()).size());
     impl_->ray_count += ray_count(packets);
     if (packets.empty())
         return;
@@ -150,9 +150,9 @@ void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std:
         return impl_->cast_stream(packets, index, hits, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i) {
         hit_lanes[i] = impl_->packet_size == 0
-                           ? impl_->cast_singles(packets[i], index, hits_of_packet(hits, i))
+                           ? impl_->cast_singles(packets[i], index, hits_of_packet(hits, i, width()))
                            : dispatch_packet_size(impl_->packet_size, [&](auto size) {
-                                 return impl_->cast_packet<size>(packets[i], index, hits_of_packet(hits, i));
+                                 return impl_->cast_packet<size>(packets[i], index, hits_of_packet(hits, i, width()));
                              });
         index += static_cast<std::size_t>(packets[i].count);
     }

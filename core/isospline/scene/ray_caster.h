@@ -50,7 +50,7 @@ public:
     static constexpr std::size_t largest_batch = 16;
 
     /// The same for several packets. Sets the lanes of each packet that hit. The hit of lane i of packet p is
-    /// hits[p * RayPacket::capacity + i].
+    /// hits[p * width() + i].
     void cast(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
               std::span<LaneMask> hit_lanes);
 

@@ -112,6 +112,8 @@ struct RayCaster::Impl {
     /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
     LaneMask prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal);
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    /// The largest number of rays in a packet.
+    int width() const { return packet_size == 0 ? RayPacket::capacity : packet_size; }
     /// Whether all that the camera sees can trace rays in a stream.
     bool has_stream() const { return camera.alone != nullptr && camera.alone->object->with_stream() != nullptr; }
     /// Whether a stream is the fastest way for packets whose rays are as close as those in the middle one.

@@ -25,9 +25,9 @@ namespace {
 /// Groups that are looked at.
 constexpr std::size_t most_groups = 16;
 /// Rays of a group suit packets if they enter and leave the box within this many cells. Packets of 4 x 4 rays break
-/// even with single rays at about 12 cells.
+/// even with single rays in Embree at about 12 cells.
 constexpr double tight_spread = 10.0;
-/// A packet breaks even with a stream of its rays at about this spread, in cells.
+/// With a stream in place of Embree, single rays are faster: a packet breaks even with them at about this spread.
 constexpr double stream_spread = 4.0;
 /// Rays of a group within so many cells are those of a row of a picture, and tight once they are sorted.
 constexpr double near_spread = 20.0;
@@ -85,28 +85,31 @@ std::optional<RayCoherence::Spread> RayCoherence::spread(std::size_t count, cons
     // Entries and exits, projected along the direction of the first ray.
     Box entries, exits;
     glm::dvec3 along(0.0);
+    int rays = 0;
     const auto across = [&along](const glm::dvec3& point) { return point - glm::dot(point, along) * along; };
     for (std::size_t i = 0; i < count; ++i) {
         const Ray ray = ray_at(i);
         const std::optional<Interval> inside = clip(ray, box_);
         if (!inside || !is_finite(ray.origin) || !is_finite(ray.direction))
             continue;
-        if (entries.empty())
+        if (rays++ == 0)
             along = glm::normalize(ray.direction);
         entries.extend(across(ray.at(inside->t_near)));
         exits.extend(across(ray.at(inside->t_far)));
     }
-    if (entries.empty())
+    if (rays == 0)
         return std::nullopt;
     const double of_entries = glm::length(entries.size()) / cell_;
-    return Spread{of_entries, std::max(of_entries, glm::length(exits.size()) / cell_)};
+    return Spread{of_entries, std::max(of_entries, glm::length(exits.size()) / cell_), rays};
 }
 
 bool RayCoherence::suits_packet(const RayPacket& rays) const
 {
+    if (rays.count < 2)
+        return false;
     // Those at opposite corners of a tile, or at the ends of a row.
     const auto of_ends = spread(2, [&rays](std::size_t i) { return rays.ray(i == 0 ? 0 : rays.count - 1); });
-    return of_ends && of_ends->largest <= stream_spread;
+    return of_ends && of_ends->rays == 2 && of_ends->largest <= stream_spread;
 }
 
 RayCoherence::Closeness RayCoherence::closeness(std::size_t count, const RayAt& ray_at) const

@@ -45,6 +45,7 @@ private:
     /// How far the rays of a group are from each other, in cells.
     struct Spread {
         double of_entries, largest; ///< where they enter the box; there, or where they leave it
+        int rays;                   ///< that meet the box
     };
     /// Nothing if no ray meets the box.
     std::optional<Spread> spread(std::size_t count, const RayAt& ray_at) const;

@@ -82,13 +82,17 @@ void require_tree(const std::vector<Box>& boxes)
     REQUIRE(std::all_of(found.begin(), found.end(), [](int times) { return times == 1; }));
 }
 
-/// A scene of one surface, settled, that is turned and far away from the origin.
-std::shared_ptr<const SceneSnapshot> settled_scene(const std::shared_ptr<const Volume>& volume, double level,
-                                                   const IsosurfaceOptions& options, const glm::dmat4& transform)
+/// A scene of one surface. In the draft, coherent rays are always in packets.
+struct Snapshots {
+    std::shared_ptr<const SceneSnapshot> draft, settled;
+};
+
+Snapshots snapshots_of(const std::shared_ptr<const Volume>& volume, double level, const IsosurfaceOptions& options,
+                       const glm::dmat4& transform)
 {
     Scene scene;
     scene.add(std::make_shared<Isosurface>(volume, level, options), transform);
-    return scene.settle();
+    return {scene.snapshot(), scene.settle()};
 }
 
 std::vector<Ray> rays_through(const Volume& volume, const glm::dmat4& transform, std::size_t count)
@@ -106,6 +110,13 @@ std::vector<Ray> rays_through(const Volume& volume, const glm::dmat4& transform,
             ray.t_near = 0.5;
         rays.push_back(ray);
     }
+    // Rays that are traced in packets, close to each other; the last ones of them leave the volume.
+    const glm::dvec3 middle = 0.5 * glm::dvec3(volume.cell_shape());
+    for (std::size_t i = 0; i < count / 4; ++i) {
+        const double x = 0.05 * static_cast<double>(i % 16), y = 0.05 * static_cast<double>(i / 16);
+        rays.push_back({transform_point(to_world, {middle.x + x, middle.y + y, -3.0}),
+                        transform_vector(to_world, {0.1, 0.2, 1.0})});
+    }
     return rays;
 }
 
@@ -117,18 +128,20 @@ bool is_same(const Hit& a, const Hit& b)
 }
 
 /// Whether rays one by one and in packets have the same answers, bit for bit. Returns the number of hits.
-std::size_t require_as_packets(const SceneSnapshot& scene, const std::vector<Ray>& rays)
+std::size_t require_as_packets(const Snapshots& snapshots, const std::vector<Ray>& rays)
 {
-    std::vector<Hit> stream(rays.size()), packets(rays.size());
+    const SceneSnapshot& scene = *snapshots.settled;
+    std::vector<Hit> stream(rays.size()), coherent(rays.size()), packets(rays.size());
     scene.cast_rays(rays, stream, false);
-    scene.cast_rays(rays, packets, true);
+    scene.cast_rays(rays, coherent, true); // in a stream or in packets
+    snapshots.draft->cast_rays(rays, packets, true);
     std::vector<std::uint8_t> occluded(rays.size()), occluded_packets(rays.size());
     scene.test_occlusions(rays, occluded, false);
     scene.test_occlusions(rays, occluded_packets, true);
     std::size_t differ = 0, hits = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        differ += !is_same(stream[i], packets[i]) || occluded[i] != occluded_packets[i] ||
-                  (occluded[i] != 0) != static_cast<bool>(stream[i]);
+        differ += !is_same(stream[i], packets[i]) || !is_same(coherent[i], packets[i]) ||
+                  occluded[i] != occluded_packets[i] || (occluded[i] != 0) != static_cast<bool>(stream[i]);
         hits += static_cast<bool>(stream[i]);
     }
     REQUIRE(differ == 0);
@@ -183,18 +196,18 @@ TEST_CASE("rays in a stream find what packets find, on every SIMD target", "[sce
     IsosurfaceOptions options;
     if (integers)
         options.clip = {{{1.0, 0.5, 0.2}, 9.0}};
-    const auto scene = settled_scene(volume, integers ? 2.0 : 0.4, options, transform);
+    const Snapshots snapshots = snapshots_of(volume, integers ? 2.0 : 0.4, options, transform);
     const std::vector<Ray> rays = rays_through(*volume, transform, 3000);
-    for_each_target([&] { REQUIRE(require_as_packets(*scene, rays) > rays.size() / 3); });
+    for_each_target([&] { REQUIRE(require_as_packets(snapshots, rays) > rays.size() / 3); });
 }
 
 TEST_CASE("a stream takes any number of rays, and names a bad one", "[scene]")
 {
     const auto volume = noise_volume(glm::ivec3(20), 2);
-    const auto scene = settled_scene(volume, 0.4, {}, glm::dmat4(1.0));
+    const auto [draft, scene] = snapshots_of(volume, 0.4, {}, glm::dmat4(1.0));
     std::vector<Ray> rays = rays_through(*volume, glm::dmat4(1.0), 600);
     std::vector<Hit> all(rays.size());
-    scene->cast_rays(rays, all, true);
+    draft->cast_rays(rays, all, true);
     for (const std::size_t count : {0u, 1u, 15u, 16u, 17u, 255u, 256u, 257u, 600u}) {
         std::vector<Hit> hits(count);
         scene->cast_rays(std::span(rays).first(count), hits, false);
@@ -216,6 +229,9 @@ TEST_CASE("a stream takes any number of rays, and names a bad one", "[scene]")
     std::vector<Hit> hits(32);
     REQUIRE_THROWS_AS(caster.cast(packets, 0, hits, std::span(lanes, 1)), std::invalid_argument);
     packets[0].count = packets[1].count = 0;
-    caster.cast(packets, 0, {}, lanes);
-    REQUIRE(lanes[0] + lanes[1] == 0);
+    for (const auto kind : {RayCaster::Rays::incoherent, RayCaster::Rays::coherent}) {
+        lanes[0] = lanes[1] = 1;
+        RayCaster(*scene, kind).cast(packets, 0, {}, lanes);
+        REQUIRE(lanes[0] + lanes[1] == 0);
+    }
 }

@@ -123,7 +123,10 @@ scene = isospline.Scene([isospline.Isosurface(isospline.Volume(rng.normal(size=(
 rays = isospline.camera_for(scene).rays((40, 40))
 hits = [scene.cast_rays(rays, coherent=coherent) for coherent in (False, True)]
 occluded = [scene.test_occlusions(rays, coherent=coherent) for coherent in (False, True)]
-np.savez(sys.argv[1], *[array for one in hits for array in one.values()], *occluded)
+scene.settle()
+hits += [scene.cast_rays(rays, coherent=coherent) for coherent in (False, True)]
+picture = isospline.render(scene, size=(40, 40))
+np.savez(sys.argv[1], *[array for one in hits for array in one.values()], *occluded, picture)
 """
 
 
