@@ -55,7 +55,8 @@ def chromium():
         from playwright.sync_api import sync_playwright
     except ImportError as error:
         raise Skipped("no playwright: pip install playwright") from error
-    path = shutil.which("chromium") or shutil.which("google-chrome")
+    names = ("chromium", "google-chrome", "chromium-headless-shell")
+    path = next(filter(None, map(shutil.which, names)), None)
     if path is None:
         raise Skipped("no chromium")
     with sync_playwright() as playwright:

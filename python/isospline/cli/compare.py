@@ -13,7 +13,7 @@ from ..interop.mesh_output import MESHES
 from ..interop.mesh_topology import equal_rows
 from ..picture.sequences import check_folder
 from ..suggest.presentation import suggested_surface
-from .given import MODEL, keywords, refuse
+from .given import MODEL, keywords, refuse_without
 from .levels import choose_levels, make_surfaces
 from .picture import add_inside, add_largest
 from .summary import unit_power
@@ -61,7 +61,7 @@ def run(arguments, read, progress, say, unicode):
         if path is not None:
             check_folder(path)
     if arguments.output is None:
-        refuse(arguments, ("limits", "size"), "--output")
+        refuse_without(arguments, ("limits", "size"), "--output")
     if len(arguments.level or ()) > 1:
         raise ValueError(f"--level: expected one level to compare, got {len(arguments.level)}")
     is_mesh = arguments.other.lower().endswith(MESHES)

@@ -30,8 +30,8 @@ def flag(option):
     return f"--{option.replace('_', '-')}"
 
 
-def refuse(arguments, options, needed, got=None):
-    """Refuse options that have no effect without something else, in place of which `got` was given."""
+def refuse_without(arguments, options, needed, got=None):
+    """Refuse options that need something; `got` is what was given instead."""
     for option in given(arguments, options):
         raise ValueError(f"{flag(option)}: expected {needed} with it, got {'none' if got is None else got}")
 

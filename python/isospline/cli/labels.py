@@ -10,7 +10,7 @@ from ..colors import color_of
 from ..io.label_map import count_of_labels
 from ..labels.segments import find
 from ..labels.surfaces import SMOOTHING
-from .given import MODEL, refuse, refuse_with
+from .given import MODEL, refuse_with, refuse_without
 from .store import OF_STORES
 from .summary import unit_power
 from .write import writing
@@ -58,7 +58,7 @@ def recognized_labels(data, arguments, reading, say):
     may_be = arguments.level is None and isinstance(data, isospline.VolumeData)
     count = count_of_labels(data.data) if may_be else None
     if count is None:
-        refuse(arguments, ["label_smoothing"], "a label map", arguments.file)
+        refuse_without(arguments, ["label_smoothing"], "a label map", arguments.file)
         return None
     say(f"a label map, as its {count} values are constant over large parts; --level makes an isosurface of the numbers")
     refuse_with(arguments, _OF_VOLUMES, "a label map")

@@ -11,7 +11,7 @@ from ..interop.mesh_output import MESHES
 from ..picture.environments import upright_rotation
 from ..picture.materials import UNLIT
 from ..picture.tone import CURVES
-from .given import flag, given, keywords, refuse
+from .given import flag, given, keywords, refuse_without
 from .picture import studio_looks
 
 OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
@@ -41,9 +41,9 @@ def looks(arguments, count):
         shadings = [shading for shading, options in LIGHTS.items() if option in options]
         if arguments.light not in shadings:
             expected = ", ".join(shadings[:-1]) + " or " * (len(shadings) > 1) + shadings[-1]
-            refuse(arguments, [option], f"--light {expected}", arguments.light)
+            refuse_without(arguments, [option], f"--light {expected}", arguments.light)
     if not arguments.ground:
-        refuse(arguments, ["ground_color"], "--ground")
+        refuse_without(arguments, ["ground_color"], "--ground")
     colors = _colors(arguments, count)
     opacities = _opacities(arguments, count)
     lights = arguments.lamp and [_directional(lamp) for lamp in arguments.lamp]
@@ -96,7 +96,7 @@ def _colors(arguments, count):
 def _opacities(arguments, count):
     """The keywords for each object's opacity."""
     if not arguments.silhouette_opacity:
-        refuse(arguments, ["silhouette_exponent"], "--silhouette-opacity")
+        refuse_without(arguments, ["silhouette_exponent"], "--silhouette-opacity")
     exponent = keywords(arguments, ["silhouette_exponent"])
     return [{**look, **exponent} for look in _keywords(arguments, ("opacity", "silhouette_opacity"), count)]
 
@@ -123,7 +123,7 @@ def _color_by(arguments):
     what = arguments.color_by
     options = keywords(arguments, ("cmap", "limits"))
     if what in (None, "normal"):
-        refuse(arguments, options, "--color-by with something that has a value", what)
+        refuse_without(arguments, options, "--color-by with something that has a value", what)
         return what and isospline.ColorByNormal()
     if what == "depth":
         return isospline.ColorByDepth(**options)
@@ -152,14 +152,16 @@ def _environment(arguments):
     """The environment that the options ask for, or None."""
     sky, rotation = arguments.environment, arguments.environment_rotation
     if sky is None:
-        refuse(arguments, ENVIRONMENT[1:], "--environment")
+        refuse_without(arguments, ENVIRONMENT[1:], "--environment")
         return None
     intensity = 1.0 if arguments.environment_intensity is None else arguments.environment_intensity
     if not 0 <= intensity < math.inf:
         raise ValueError(f"--environment-intensity: expected a finite number of at least 0, got {intensity:g}")
     visible = arguments.environment_visible
     if not isinstance(sky, str):
-        refuse(arguments, ["environment_rotation"], "an image in --environment", ",".join(f"{part:g}" for part in sky))
+        refuse_without(
+            arguments, ["environment_rotation"], "an image in --environment", ",".join(f"{part:g}" for part in sky)
+        )
         return isospline.EnvironmentLight([intensity * part for part in sky] * (3 // len(sky)), visible=visible)
     up, degrees = arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation
     if not (math.isfinite(degrees) and all(map(math.isfinite, up)) and any(up)):

@@ -6,7 +6,7 @@ import math
 import os
 
 from ..picture.sequences import check_folder, is_video, numbered
-from .given import refuse
+from .given import refuse_without
 from .record import turntable_record
 
 #: Samples of a pixel if nothing else ends a path traced picture.
@@ -53,7 +53,7 @@ def check_limits(arguments):
             )
         return
     if path is None:
-        refuse(arguments, ["resume"], "--checkpoint")
+        refuse_without(arguments, ["resume"], "--checkpoint")
         return
     check_folder(path)
     if arguments.resume:

@@ -23,7 +23,7 @@ from .compare import run as run_compare
 from .convert import run as run_convert
 from .demo import make_demo
 from .frames import render_frames
-from .given import MODEL, READING, given, keywords, refuse
+from .given import MODEL, READING, given, keywords, refuse_without
 from .interrupts import heard_interrupts
 from .labels import given_labels, label_surfaces, measure_labels, recognized_labels, set_colors
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
@@ -368,7 +368,7 @@ def _reading(arguments):
     if "shape" in reading:
         reading["shape"] = reading["shape"][::-1]
     if "dtype" not in reading:
-        refuse(arguments, ["big_endian"], "--dtype")
+        refuse_without(arguments, ["big_endian"], "--dtype")
     elif arguments.big_endian:
         reading["dtype"] = reading["dtype"].newbyteorder(">")
     return reading

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..picture.sequences import PICTURES, check_folder, check_sequence, is_video
-from .given import keywords, refuse
+from .given import keywords, refuse_without
 
 
 def check_output(arguments):
@@ -19,7 +19,7 @@ def check_output(arguments):
     else:
         check_folder(path)
     if arguments.turntable is None or not is_video(path):
-        refuse(arguments, ["fps"], "a video of --turntable", path)
+        refuse_without(arguments, ["fps"], "a video of --turntable", path)
     if arguments.layers and not path.lower().endswith(".exr"):
         raise ValueError(f"--layers: expected the name of a picture that has layers, which ends in .exr, got {path}")
     traced = {"direct", "variance"} & set(arguments.layers)
@@ -27,4 +27,4 @@ def check_output(arguments):
         raise ValueError(f"--layers: expected {min(traced)} with --light path-trace only, got {arguments.light}")
     if "ambient_occlusion" not in arguments.layers:
         names = ",".join(arguments.layers) or None
-        refuse(arguments, ["ambient_occlusion_samples"], "--layers ambient_occlusion", names)
+        refuse_without(arguments, ["ambient_occlusion_samples"], "--layers ambient_occlusion", names)

@@ -16,7 +16,7 @@ from ..levels import count_pieces
 from ..picture.annotations import ANNOTATIONS, check_annotations, color_rules
 from ..picture.cameras import camera_for, turntable_cameras
 from ..picture.marks import Marks, unit_of
-from .given import keywords, refuse
+from .given import keywords, refuse_without
 
 #: The user is told how long pictures take if it is this many seconds or more.
 LONG = 3.0
@@ -131,9 +131,9 @@ def studio_looks(colors, others):
 def check_camera_options(arguments):
     """Refuse options of the camera that have no effect."""
     if arguments.projection != "perspective":
-        refuse(arguments, ("field_of_view", "aperture"), "--projection perspective", arguments.projection)
+        refuse_without(arguments, ("field_of_view", "aperture"), "--projection perspective", arguments.projection)
     if not arguments.aperture:
-        refuse(arguments, ["focus"], "--aperture", arguments.aperture)
+        refuse_without(arguments, ["focus"], "--aperture", arguments.aperture)
 
 
 def cameras_of(arguments, volume, marks):

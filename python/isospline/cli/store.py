@@ -10,7 +10,7 @@ from ..io import VolumeData
 from ..levels import some_values
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import present, present_data
-from .given import MODEL, OF_FILES, keywords, refuse, refuse_with
+from .given import MODEL, OF_FILES, keywords, refuse_with, refuse_without
 from .summary import bounds_of, summarize
 from .types import memory
 
@@ -41,7 +41,7 @@ def opened(arguments, read):
     """The volume of a command: a store, or what ``read(arguments)`` gives for a file."""
     if is_store(arguments.file):
         return Store(arguments)
-    refuse(arguments, OF_STORES, "a store", arguments.file)
+    refuse_without(arguments, OF_STORES, "a store", arguments.file)
     return read(arguments)
 
 

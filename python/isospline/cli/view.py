@@ -6,13 +6,15 @@ import contextlib
 import os
 import signal
 import tempfile
+from pathlib import Path
 
 import isospline
 
 from ..base.parameters import check_count
+from ..io.read import has_names
 from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.detail import is_store
-from .given import OF_FILES, flag, keywords, refuse
+from .given import OF_FILES, READING, flag, keywords, refuse_without
 from .picture import ALL, largest_of, marks_for
 
 # The options of ``isospline render`` that a session leaves open.
@@ -51,7 +53,7 @@ def serve(arguments, reading, say):
                 levels=arguments.level,
                 largest=largest_of(arguments),
                 table=arguments.largest == ALL,
-                read_options=read_options,
+                read_options=_used(path, read_options),
                 model_options=model_options,
             )
         viewer.wait()
@@ -67,9 +69,21 @@ def _check_options(arguments):
     volumes = [path for path in arguments.files if not path.lower().endswith(MESH_SUFFIXES)]
     got = ", ".join(arguments.files) or None
     if not volumes:
-        refuse(arguments, ("level", "largest"), "a volume", got)
-    if all(map(is_store, volumes)):
-        refuse(arguments, ("degree", *OF_FILES), "a file of samples", got)
+        refuse_without(arguments, ("level", "largest"), "a volume", got)
+    samples = [path for path in volumes if not is_store(path)]
+    if not samples:
+        refuse_without(arguments, ("degree", *OF_FILES), "a file of samples", got)
+    used = {option for path in samples for option in _used(path, keywords(arguments, READING))}
+    refuse_without(arguments, {"name"} - used, "a file with named arrays", got)
+    refuse_without(arguments, sorted({"shape", "dtype", "offset"} - used), "a file", got)
+
+
+def _used(path, options):
+    """The options of `read_volume` that a file or a folder uses."""
+    unused = set() if has_names(Path(path)) else {"name"}
+    if os.path.isdir(path):
+        unused |= {"shape", "dtype", "offset"}
+    return {option: options[option] for option in options if option not in unused}
 
 
 def check_beside_session(arguments, parser):

@@ -223,6 +223,20 @@ def check_used(
         raise ValueError(f"name: expected none for {printable(path)}, which has one array, got {name!r}")
 
 
+def has_names(path: Path) -> bool:
+    """Whether a file or a folder may have several named arrays."""
+    if path.is_dir():
+        return not tiff.slices_of(path)
+    suffix = _suffix(path)
+    return suffix is not None and "name" in FORMATS[suffix][2]
+
+
+def _suffix(path):
+    """The longest suffix of a known format, or None."""
+    name = path.name.lower()
+    return next((suffix for suffix in sorted(FORMATS, key=len, reverse=True) if name.endswith(suffix)), None)
+
+
 def _reader(path, shape, dtype, offset, options):
     """Name of the format of a path, and the function that reads it."""
     raw, named = {"shape": shape, "dtype": dtype, "offset": offset}, {"name": options["name"]}
@@ -246,12 +260,11 @@ def _reader(path, shape, dtype, offset, options):
         beginning = file.read(132)
 
     file_name = path.name.lower()
-    suffix = next((suffix for suffix in sorted(FORMATS, key=len, reverse=True) if file_name.endswith(suffix)), None)
     if shape is not None or file_name.endswith(".raw"):
         check_used(path, **named)
         return "raw", lambda path: arrays.read_raw(path, shape, dtype, offset)
-    has_names = suffix is not None and "name" in FORMATS[suffix][2]
-    check_used(path, **raw, **named, has_names=has_names)
+    check_used(path, **raw, **named, has_names=has_names(path))
+    suffix = _suffix(path)
     if suffix is None:
         if beginning[128:] == b"DICM":
             return "DICOM", dicom.read_file

@@ -162,7 +162,7 @@ class Source:
         return look
 
     def only_in_memory(self, state):
-        """The parameters of the given surface that matter to a state, but are neither in it nor in a file."""
+        """The parameters of the given surface that a session of a state would lack, and the saved Python code."""
         if self.template is None:
             return []
         options, plain = self.given_options, Material()

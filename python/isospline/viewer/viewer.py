@@ -218,6 +218,8 @@ class Viewer:
             return self._show_source(source, levels, look or {}, table)
 
     def _show_source(self, source, levels, look, table):
+        if "color" in look:
+            look = {"color_by": "color", **look}
         look = {**source.look, **look}
         if not source.is_volume:
             levels = [None]

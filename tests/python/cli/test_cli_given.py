@@ -45,6 +45,7 @@ def test_options_without_effect_on_a_picture_are_refused(ball, monkeypatch, caps
         ),
         ("--level: expected a volume with it, got a.stl", ["view", "a.stl", "--level", "0"]),
         ("--degree: expected a file of samples with it, got none", ["view", "--degree", "3"]),
+        ("--name: expected a file with named arrays with it, got ball.npy", ["view", "ball.npy", "--name", "density"]),
         ("--threads: expected a whole number of at least 1, got '0'", ["mesh", "ball.npy", "--threads", "0"]),
     ],
 )

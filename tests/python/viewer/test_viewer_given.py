@@ -110,6 +110,14 @@ def test_objects_have_their_own_look(light):
         assert (shot(viewer.document, plain) != expected).any()
 
 
+def test_a_colour_goes_before_the_own_one():
+    mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], values=[1.0, 2.0, 3.0])
+    with isospline.view(browser=False) as viewer:
+        viewer.add(mesh)
+        viewer.add(mesh, color="red")
+        assert [each.color_by for each in viewer.state.objects] == ["own", "color"]
+
+
 def test_sessions_and_scripts_have_the_colours_of_values_in_files(tmp_path, monkeypatch):
     with_values().write(tmp_path / "part.ply")
     with isospline.view(tmp_path / "part.ply", browser=False) as viewer:
