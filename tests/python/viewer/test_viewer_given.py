@@ -89,7 +89,7 @@ def with_values(place=(2, 0, 0)):
     return mesh_of_a_ball(place, values=lambda vertices: vertices[:, 2])
 
 
-@pytest.mark.parametrize("light", ["studio", "phong"])
+@pytest.mark.parametrize("light", ["studio", "phong", "ambient-occlusion"])
 def test_objects_have_their_own_look(light):
     ball, half = volumes.sphere(0.6).volume(24), isospline.HalfSpace((0, 0.2, 0), (0.3, 1, 0))
     glass = isospline.Material("gold", specular=0.9, opacity=0.4, silhouette_opacity=0.9, silhouette_exponent=1.5)
