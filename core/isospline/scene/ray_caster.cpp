@@ -144,8 +144,6 @@ void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std:
     for (std::size_t i = 0; i < packets.size(); ++i)
         check_packet(packets[i], width(), hits_of_packet(hits, i, width()).size());
     impl_->ray_count += ray_count(packets);
-    if (packets.empty())
-        return;
     if (impl_->has_stream() && impl_->prefers_stream(packets))
         return impl_->cast_stream(packets, index, hits, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i) {

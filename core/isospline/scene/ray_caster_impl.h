@@ -116,10 +116,10 @@ struct RayCaster::Impl {
     int width() const { return packet_size == 0 ? RayPacket::capacity : packet_size; }
     /// Whether all that the camera sees can trace rays in a stream.
     bool has_stream() const { return camera.alone != nullptr && camera.alone->object->with_stream() != nullptr; }
-    /// Whether a stream is the fastest way for packets whose rays are as close as those in the middle one.
+    /// Whether a stream is the fastest way for packets.
     bool prefers_stream(std::span<const RayPacket> packets) const
     {
-        return packet_size == 0 || !scene.coherence(&SeenBy::camera).suits_packet(packets[packets.size() / 2]);
+        return packet_size == 0 || !scene.coherence(&SeenBy::camera).suit_packets(packets);
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);

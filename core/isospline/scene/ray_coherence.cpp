@@ -28,7 +28,7 @@ constexpr std::size_t most_groups = 16;
 /// even with single rays in Embree at about 12 cells.
 constexpr double tight_spread = 10.0;
 /// With a stream in place of Embree, single rays are faster: a packet breaks even with them at about this spread.
-constexpr double stream_spread = 4.0;
+constexpr double stream_spread = 5.0;
 /// Rays of a group within so many cells are those of a row of a picture, and tight once they are sorted.
 constexpr double near_spread = 20.0;
 /// Rays of a group that enter the box farther from each other read other parts of the index and the volume each.
@@ -103,13 +103,17 @@ std::optional<RayCoherence::Spread> RayCoherence::spread(std::size_t count, cons
     return Spread{of_entries, std::max(of_entries, glm::length(exits.size()) / cell_), rays};
 }
 
-bool RayCoherence::suits_packet(const RayPacket& rays) const
+bool RayCoherence::suit_packets(std::span<const RayPacket> packets) const
 {
-    if (rays.count < 2)
-        return false;
-    // Those at opposite corners of a tile, or at the ends of a row.
-    const auto of_ends = spread(2, [&rays](std::size_t i) { return rays.ray(i == 0 ? 0 : rays.count - 1); });
-    return of_ends && of_ends->rays == 2 && of_ends->largest <= stream_spread;
+    for (const RayPacket& rays : packets) {
+        if (rays.count < 2)
+            continue;
+        // The rays at opposite corners of a tile, or at the ends of a row.
+        const auto of_ends = spread(2, [&rays](std::size_t i) { return rays.ray(i == 0 ? 0 : rays.count - 1); });
+        if (of_ends && of_ends->rays == 2)
+            return of_ends->largest <= stream_spread;
+    }
+    return false;
 }
 
 RayCoherence::Closeness RayCoherence::closeness(std::size_t count, const RayAt& ray_at) const
