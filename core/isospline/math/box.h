@@ -24,6 +24,20 @@ struct Box {
                box.lower.y <= upper.y && box.lower.z <= upper.z;
     }
 
+    /// Whether all of another box is in this one.
+    bool contains(const Box& box) const
+    {
+        return lower.x <= box.lower.x && lower.y <= box.lower.y && lower.z <= box.lower.z && box.upper.x <= upper.x &&
+               box.upper.y <= upper.y && box.upper.z <= upper.z;
+    }
+
+    /// Whether the interiors of the boxes have a common point.
+    bool overlaps(const Box& box) const
+    {
+        return lower.x < box.upper.x && lower.y < box.upper.y && lower.z < box.upper.z && box.lower.x < upper.x &&
+               box.lower.y < upper.y && box.lower.z < upper.z;
+    }
+
     /// Grows the box to hold a point.
     void extend(const glm::dvec3& point)
     {

@@ -5,19 +5,23 @@
 
 namespace isospline {
 
-std::unordered_set<CrossingKey> cubes_of(const std::vector<Box>& boxes, double steps, double margin)
+ChosenCells::ChosenCells(const std::vector<Box>& boxes, double margin)
 {
-    std::unordered_set<CrossingKey> cubes;
     for (const Box& box : boxes) {
-        const glm::ivec3 first = glm::max(glm::ivec3(glm::floor(steps * (box.lower - margin))), 0);
-        const glm::ivec3 last = glm::max(glm::ivec3(glm::floor(steps * (box.upper + margin))), 0);
-        glm::ivec3 at;
-        for (at.z = first.z; at.z <= last.z; ++at.z)
-            for (at.y = first.y; at.y <= last.y; ++at.y)
-                for (at.x = first.x; at.x <= last.x; ++at.x)
-                    cubes.insert(crossing_key(at, 0));
+        const glm::ivec3 first = glm::max(glm::ivec3(glm::floor(box.lower - margin)), 0);
+        const glm::ivec3 last = glm::max(glm::ivec3(glm::floor(box.upper + margin)), 0);
+        glm::ivec3 brick;
+        for (brick.z = first.z / brick_size * brick_size; brick.z <= last.z; brick.z += brick_size)
+            for (brick.y = first.y / brick_size * brick_size; brick.y <= last.y; brick.y += brick_size)
+                for (brick.x = first.x / brick_size * brick_size; brick.x <= last.x; brick.x += brick_size) {
+                    BrickCells& cells = bricks_[crossing_key(brick, 0)];
+                    const glm::ivec3 from = glm::max(first - brick, 0), to = glm::min(last - brick, brick_size - 1);
+                    const std::uint64_t row = (std::uint64_t{2} << to.x) - (std::uint64_t{1} << from.x);
+                    for (int z = from.z; z <= to.z; ++z)
+                        for (int y = from.y; y <= to.y; ++y)
+                            cells[static_cast<std::size_t>(z)] |= row << brick_size * y;
+                }
     }
-    return cubes;
 }
 
 std::vector<BrickInQuestion> bricks_in_question(const IsosurfaceSnapshot& surface)

@@ -5,17 +5,36 @@
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/shell/isosurface.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
-#include <unordered_set>
+#include <unordered_map>
 #include <vector>
 
 namespace isospline {
 
-/// Selects cells; an empty function stands for all.
-using CellFilter = std::function<bool(const glm::ivec3&)>;
+/// Selects bricks by their first cells; an empty function selects all.
+using BrickFilter = std::function<bool(const glm::ivec3&)>;
+/// Selects cells: those of the brick with a first cell. An empty function selects all.
+using CellFilter = std::function<BrickCells(const glm::ivec3&)>;
 
-/// The keys, with direction 0, of the cubes of edge 1 / steps that are within a margin of boxes.
-std::unordered_set<CrossingKey> cubes_of(const std::vector<Box>& boxes, double steps, double margin);
+/// Cells of the grid.
+class ChosenCells {
+public:
+    /// The cells within a margin of boxes.
+    ChosenCells(const std::vector<Box>& boxes, double margin);
+
+    /// Those of the brick with this first cell.
+    BrickCells of_brick(const glm::ivec3& first) const
+    {
+        const auto found = bricks_.find(crossing_key(first, 0));
+        return found != bricks_.end() ? found->second : BrickCells{};
+    }
+    bool any_of_brick(const glm::ivec3& first) const { return bricks_.count(crossing_key(first, 0)) != 0; }
+
+private:
+    std::unordered_map<CrossingKey, BrickCells> bricks_; ///< by their first cells
+};
 
 /// A brick that may contain surface or, if the surface is capped and a plane of the clip may cut the brick, solid.
 struct BrickInQuestion {
@@ -26,13 +45,15 @@ struct BrickInQuestion {
 
 std::vector<BrickInQuestion> bricks_in_question(const IsosurfaceSnapshot& surface);
 
-/// Calls `visit(cell, may_have_caps)` for the cells of a brick that may contain surface or solid with a cap.
+/// Calls `visit(cell, may_have_caps)` for the chosen cells of a brick that may contain surface or solid with a cap.
 template <typename Visit>
 void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const BrickInQuestion& in_question,
-                               const Visit& visit)
+                               const BrickCells& chosen, const Visit& visit)
 {
     const Brick& brick = in_question.brick;
-    const BrickCells mixed = in_question.is_mixed ? surface.bricks().cells(brick) : BrickCells{};
+    BrickCells mixed = in_question.is_mixed ? surface.bricks().cells(brick) : BrickCells{};
+    for (std::size_t z = 0; z < mixed.size(); ++z)
+        mixed[z] &= chosen[z];
     if (!in_question.may_have_caps) {
         for_each_cell(mixed, [&](int x, int y, int z) { visit(brick.first + glm::ivec3(x, y, z), false); });
         return;
@@ -43,6 +64,8 @@ void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const BrickInQ
     for (at.z = 0; at.z < brick.size.z; ++at.z)
         for (at.y = 0; at.y < brick.size.y; ++at.y)
             for (at.x = 0; at.x < brick.size.x; ++at.x) {
+                if (!has_cell(chosen, at))
+                    continue;
                 const glm::ivec3 cell = brick.first + at;
                 const double any_coefficient = *coefficients.from(at.x, at.y, at.z).first;
                 const bool may_be_solid =

@@ -10,7 +10,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <array>
@@ -175,11 +174,7 @@ private:
     }
 
     /// Whether all points may be within the tolerance of a face.
-    bool may_cover(const NearFace& face) const
-    {
-        return glm::all(glm::lessThanEqual(face.reach.lower, around_.lower)) &&
-               glm::all(glm::lessThanEqual(around_.upper, face.reach.upper));
-    }
+    bool may_cover(const NearFace& face) const { return face.reach.contains(around_); }
 
     /// Whether a face that covered a box lately covers all points.
     bool is_covered_by_recent()
@@ -345,11 +340,12 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
         bricks.size(), 4,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
+                const BrickCells chosen = filter ? filter(bricks[i].brick.first) : all_cells(glm::ivec3(brick_size));
+                if (chosen == BrickCells{})
+                    continue;
                 CellCovering<Degree> covering(field, mesh, world, octree, tolerance, edges);
                 bool is_entered = false;
-                for_each_cell_in_question(surface, bricks[i], [&](const glm::ivec3& cell, bool with_caps) {
-                    if (filter && !filter(cell))
-                        return;
+                for_each_cell_in_question(surface, bricks[i], chosen, [&](const glm::ivec3& cell, bool with_caps) {
                     if (!is_entered)
                         covering.enter(bricks[i].brick);
                     is_entered = true;

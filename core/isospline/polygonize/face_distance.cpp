@@ -6,7 +6,6 @@
 
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -115,8 +114,7 @@ template <int Degree>
 std::optional<std::array<glm::ivec3, 2>> FaceDistance<Degree>::cells_of(const Box& box, const HalfSpace* plane) const
 {
     const glm::ivec3 shape = field_.surface().volume().cell_shape();
-    if (glm::any(glm::lessThan(box.lower, glm::dvec3(-margin))) ||
-        glm::any(glm::greaterThan(box.upper, glm::dvec3(shape) + margin)))
+    if (!Box{glm::dvec3(-margin), glm::dvec3(shape) + margin}.contains(box))
         return std::nullopt;
     const glm::dvec3 inward = plane != nullptr ? 2.0 * margin * plane->normal : glm::dvec3(0.0);
     const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(box.lower + inward)), glm::ivec3(0), shape - 1);

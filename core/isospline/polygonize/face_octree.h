@@ -5,7 +5,6 @@
 #include "isospline/polygonize/mesh_part.h"
 
 #include <glm/vec3.hpp>
-#include <glm/vector_relational.hpp>
 
 #include <array>
 #include <cstddef>
@@ -48,8 +47,7 @@ private:
     {
         const Node& node = nodes_[index];
         const double margin = 0.5 * edge;
-        if (node.count == 0 || glm::any(glm::lessThan(box.upper, lower - margin)) ||
-            glm::any(glm::greaterThan(box.lower, lower + edge + margin)))
+        if (node.count == 0 || !Box{lower - margin, lower + edge + margin}.meets(box))
             return true;
         for (std::uint32_t item = node.first; item != none; item = next_[item])
             if (!visit(item))

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
+#include <cstdint>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -46,19 +46,35 @@ std::size_t sample_groups_of(const LabeledMesh& mesh)
     constexpr std::size_t least = 4, most = 64, faces_per_group = 32768;
     return std::clamp(mesh.faces.size() / faces_per_group, least, most);
 }
-CellFilter every_group(std::size_t count)
+/// Selects the cells of every group at this distance, or all others.
+CellFilter every_group(std::size_t count, bool others)
 {
-    return [count](const glm::ivec3& cell) {
-        return static_cast<std::size_t>(cell.x / 4 + 3 * (cell.y / 4) + 9 * (cell.z / 4)) % count == 0;
+    return [count, others](const glm::ivec3& first) {
+        BrickCells cells{};
+        for (int child = 0; child < 8; ++child) {
+            const glm::ivec3 at = child_position(child), group = first / 4 + at;
+            const bool is_chosen = static_cast<std::size_t>(group.x + 3 * group.y + 9 * group.z) % count == 0;
+            if (is_chosen != others)
+                for (int z = 4 * at.z; z < 4 * at.z + 4; ++z)
+                    cells[static_cast<std::size_t>(z)] |= std::uint64_t{0x0f0f0f0f} << (4 * at.x + 32 * at.y);
+        }
+        return cells;
     };
 }
 
-/// Selects cells by cubes of them, with this edge, that are within a margin of boxes.
-CellFilter near_boxes(const std::vector<Box>& boxes, int edge, double margin)
+/// The number of cubes, with edges of 1 / steps, that boxes meet.
+std::size_t count_cubes(const std::vector<Box>& boxes, double steps)
 {
-    return [edge, cubes = cubes_of(boxes, 1.0 / edge, margin)](const glm::ivec3& cell) {
-        return cubes.count(crossing_key(cell / edge, 0)) != 0;
-    };
+    std::unordered_set<CrossingKey> cubes;
+    for (const Box& box : boxes) {
+        const glm::ivec3 first(glm::floor(steps * box.lower)), last(glm::floor(steps * box.upper));
+        glm::ivec3 at;
+        for (at.z = first.z; at.z <= last.z; ++at.z)
+            for (at.y = first.y; at.y <= last.y; ++at.y)
+                for (at.x = first.x; at.x <= last.x; ++at.x)
+                    cubes.insert(crossing_key(glm::max(at, 0), 0));
+    }
+    return cubes.size();
 }
 
 /// The progress of the lattice with this subdivision: half of what the coarser ones left.
@@ -72,7 +88,7 @@ template <int Degree>
 class RefinedLattice {
 public:
     /// `bricks` selects the bricks whose cubes may be cut, by their first cells.
-    RefinedLattice(const IsosurfaceSnapshot& surface, int subdivision, const CellFilter& bricks,
+    RefinedLattice(const IsosurfaceSnapshot& surface, int subdivision, const BrickFilter& bricks,
                    const Progress& progress)
         : field_(surface, subdivision), special_(surface.planes(), subdivision), tetrahedra_(field_, special_)
     {
@@ -80,7 +96,7 @@ public:
     }
 
     /// The mesh in the bricks that a filter selects by their first cells.
-    LabeledMesh mesh(const CellFilter& filter, const Progress& progress)
+    LabeledMesh mesh(const BrickFilter& filter, const Progress& progress)
     {
         std::vector<MeshPart> parts = march_cubes(field_, special_, filter, part_of(progress, 0.0, 0.6));
         parts.push_back(tetrahedra_.march(filter, part_of(progress, 0.6, 0.8)));
@@ -105,7 +121,9 @@ public:
                 for (std::size_t i = begin; i < end; ++i) {
                     const Corners corners = corners_of(mesh, i);
                     const auto is_near = [&](const glm::dvec3& at) { return nearness.is_near(at, mesh.labels[i]); };
-                    is_far[i] = (!filter || filter(glm::ivec3((corners[0] + corners[1] + corners[2]) / 3.0))) &&
+                    const glm::ivec3 cell((corners[0] + corners[1] + corners[2]) / 3.0);
+                    const glm::ivec3 first = cell / brick_size * brick_size;
+                    is_far[i] = (!filter || has_cell(filter(first), cell - first)) &&
                                 !for_each_sample(corners, measured_spacing, is_near);
                 }
             },
@@ -140,13 +158,13 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
         if (!tolerance)
             break;
         const std::size_t sample_groups = sample_groups_of(mesh);
-        const CellFilter is_in_sample = every_group(sample_groups);
-        std::vector<Box> boxes = lattice.far_boxes(mesh, *tolerance, is_in_sample, part_of(of_lattice, 0.4, 0.5));
+        std::vector<Box> boxes =
+            lattice.far_boxes(mesh, *tolerance, every_group(sample_groups, false), part_of(of_lattice, 0.4, 0.5));
         if (subdivision < finest_lattice &&
-            sample_groups * most_coarse * cubes_of(boxes, subdivision, 0.0).size() > mesh.faces.size() / 2)
+            sample_groups * most_coarse * count_cubes(boxes, subdivision) > mesh.faces.size() / 2)
             continue;
         const std::vector<Box> others =
-            lattice.far_boxes(mesh, *tolerance, std::not_fn(is_in_sample), part_of(of_lattice, 0.5, 0.7));
+            lattice.far_boxes(mesh, *tolerance, every_group(sample_groups, true), part_of(of_lattice, 0.5, 0.7));
         boxes.insert(boxes.end(), others.begin(), others.end());
         if (boxes.empty())
             break;
@@ -159,9 +177,12 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
             const Progress of_round = part_of(of_lattice, begin, end);
             longest_edge *= 0.7;
             lattice.refine(boxes, longest_edge, of_round);
-            const LabeledMesh changed =
-                lattice.mesh(near_boxes(boxes, brick_size, 1.0 + reach), part_of(of_round, 0.0, 0.5));
-            boxes = lattice.far_boxes(changed, *tolerance, near_boxes(boxes, 1, 1.0), part_of(of_round, 0.5, 1.0));
+            const ChosenCells around(boxes, 1.0 + reach), near(boxes, 1.0);
+            const LabeledMesh changed = lattice.mesh(
+                [&](const glm::ivec3& first) { return around.any_of_brick(first); }, part_of(of_round, 0.0, 0.5));
+            boxes = lattice.far_boxes(
+                changed, *tolerance, [&](const glm::ivec3& first) { return near.of_brick(first); },
+                part_of(of_round, 0.5, 1.0));
         }
         mesh = lattice.mesh({}, part_of(of_lattice, 0.9, 1.0));
         break;
@@ -173,7 +194,7 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
 template <int Degree>
 LabeledMesh lattice_mesh_of_layers(const IsosurfaceSnapshot& surface, int first, int last, const Progress& progress)
 {
-    const CellFilter bricks = [first, last](const glm::ivec3& cell) { return first <= cell.z && cell.z < last; };
+    const BrickFilter bricks = [first, last](const glm::ivec3& cell) { return first <= cell.z && cell.z < last; };
     RefinedLattice<Degree> lattice(surface, 1, bricks, part_of(progress, 0.0, 0.2));
     LabeledMesh mesh = lattice.mesh(bricks, part_of(progress, 0.2, 1.0));
     merge_close_vertices(mesh, shortest_edge,

@@ -301,7 +301,7 @@ MeshPart ChunkMesher<Degree>::operator()(const Chunk& chunk, const Brick& brick,
 
 template <int Degree>
 std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const SpecialCubes& special,
-                                  const CellFilter& filter, const Progress& progress)
+                                  const BrickFilter& filter, const Progress& progress)
 {
     const Bricks& bricks = field.surface().bricks();
     std::vector<Brick> places;
@@ -331,11 +331,11 @@ std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const Speci
     return all;
 }
 
-template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const SpecialCubes&, const CellFilter&,
+template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const SpecialCubes&, const BrickFilter&,
                                            const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const SpecialCubes&, const CellFilter&,
+template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const SpecialCubes&, const BrickFilter&,
                                            const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const SpecialCubes&, const CellFilter&,
+template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const SpecialCubes&, const BrickFilter&,
                                            const Progress&);
 
 } // namespace isospline

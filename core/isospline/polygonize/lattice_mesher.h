@@ -19,6 +19,6 @@ namespace isospline {
 /// A filter selects bricks, by their first cells.
 template <int Degree>
 std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const SpecialCubes& special,
-                                  const CellFilter& filter, const Progress& progress);
+                                  const BrickFilter& filter, const Progress& progress);
 
 } // namespace isospline

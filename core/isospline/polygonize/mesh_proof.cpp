@@ -1,5 +1,6 @@
 #include "isospline/polygonize/mesh_proof.h"
 
+#include "isospline/math/affine.h"
 #include "isospline/polygonize/face_crossing.h"
 #include "isospline/polygonize/face_distance.h"
 
@@ -7,7 +8,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <unordered_set>
+#include <optional>
 #include <utility>
 
 namespace isospline {
@@ -44,26 +45,28 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
     // From the mesh to the surface: the faces that are new.
     std::vector<ProvenFace> faces;
     LabeledMesh added{mesh.vertices, {}, {}};
+    std::vector<std::uint8_t> added_have_changed;
     for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
         const ProvenFace* const known = find_known(mesh, mesh.faces[i]);
         if (!faces_.empty())
             may_cross[i] = known == nullptr || known->crosses_other ? 1 : 0;
         if (known != nullptr) {
-            faces.push_back({known->face, known->distance, false});
+            faces.push_back({known->face, known->distance, has_changed[i] != 0});
         } else {
             added.faces.push_back(mesh.faces[i]);
             added.labels.push_back(mesh.labels[i]);
+            added_have_changed.push_back(has_changed[i]);
         }
     }
     const std::vector<double> distances =
         distances_from_surface(field_, added, tolerance_, part_of(progress, 0.0, 0.6));
     for (std::size_t i = 0; i < distances.size(); ++i)
-        faces.push_back({added.faces[i], distances[i], false});
+        faces.push_back({added.faces[i], distances[i], added_have_changed[i] != 0});
     std::sort(faces.begin(), faces.end(), is_before);
 
     // From the surface to the mesh: the cells around faces that are gone.
     CellFilter filter;
-    std::unordered_set<CrossingKey> changed;
+    std::optional<ChosenCells> changed;
     const LatticeMetric metric(field_.surface().volume().lattice_to_world());
     const glm::dvec3 reach = box_of_ball(metric, tolerance_);
     if (!faces_.empty()) {
@@ -73,15 +76,24 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
                 const Box box = box_of(vertices_, proven.face);
                 boxes.push_back({box.lower - reach, box.upper + reach});
             }
-        changed = cubes_of(boxes, 1.0, 0.0);
-        filter = [&changed](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; };
+        changed.emplace(boxes, 0.0);
+        filter = [&changed](const glm::ivec3& first) { return changed->of_brick(first); };
     }
     const double least_edge = least_edge_of(metric, tolerance_);
     const double reported = is_last ? 0.0 : std::max(2.0 * least_edge, 0.125 * std::min({reach.x, reach.y, reach.z}));
     Covering covering =
         cover_surface(field_, mesh, tolerance_, {least_edge, reported}, filter, part_of(progress, 0.6, 0.95));
     covering.distance = std::max(covering.distance, covering_.distance);
-    crossings_ = find_crossings(mesh.vertices, mesh.faces, may_cross, part_of(progress, 0.95, 1.0));
+    crossings_ = find_crossings(mesh.vertices, mesh.faces, may_cross, part_of(progress, 0.95, 0.975));
+    // Rounded to the world's coordinates, others may cross.
+    std::vector<glm::dvec3> world(mesh.vertices.size());
+    std::transform(mesh.vertices.begin(), mesh.vertices.end(), world.begin(), [this](const glm::dvec3& vertex) {
+        return transform_point(field_.surface().volume().lattice_to_world(), vertex);
+    });
+    const auto in_world = find_crossings(world, mesh.faces, may_cross, part_of(progress, 0.975, 1.0));
+    crossings_.insert(crossings_.end(), in_world.begin(), in_world.end());
+    std::sort(crossings_.begin(), crossings_.end());
+    crossings_.erase(std::unique(crossings_.begin(), crossings_.end()), crossings_.end());
     std::erase_if(crossings_, [&](const std::array<std::uint32_t, 2>& pair) {
         return has_changed[pair[0]] == 0 && has_changed[pair[1]] == 0;
     });
@@ -107,7 +119,7 @@ std::vector<Box> MeshProof<Degree>::failed(const LabeledMesh& mesh) const
 {
     std::vector<Box> boxes;
     for (const ProvenFace& proven : faces_)
-        if (proven.distance > tolerance_)
+        if (proven.has_changed && proven.distance > tolerance_)
             boxes.push_back(box_of(mesh.vertices, proven.face));
     for (const auto& [first, second] : crossings_) {
         const Box a = box_of(mesh.vertices, mesh.faces[first]), b = box_of(mesh.vertices, mesh.faces[second]);

@@ -33,7 +33,7 @@ public:
     double distance() const;
     /// Boxes in lattice space with surface that is not proven to be within the tolerance of the mesh.
     const std::vector<Box>& uncovered() const { return covering_.uncovered; }
-    /// The boxes around faces that are not proven to be within the tolerance of the surface, or cross others.
+    /// The boxes around changed faces that are not proven to be within the tolerance of the surface, or cross others.
     std::vector<Box> failed(const LabeledMesh& mesh) const;
     /// Sets the flags of the vertices of these faces.
     void mark_failed(const LabeledMesh& mesh, std::vector<std::uint8_t>& flags) const;
@@ -42,7 +42,8 @@ private:
     struct ProvenFace {
         glm::uvec3 face;
         double distance;
-        bool crosses_other;
+        bool has_changed;
+        bool crosses_other = false;
     };
 
     static bool is_before(const ProvenFace& a, const ProvenFace& b);

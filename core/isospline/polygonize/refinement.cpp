@@ -1,14 +1,18 @@
 // Halving of edges by a TetrahedronMesher.
 #include "isospline/polygonize/tetrahedron_mesher.h"
 #include "isospline/query/surface_box.h"
+#include "isospline/util/parallel.h"
 
 #include <glm/common.hpp>
-#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <optional>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 namespace isospline {
 
@@ -17,19 +21,13 @@ namespace {
 /// Edges shorter than this, in lattice units, are not halved.
 constexpr double shortest_edge = 1.0 / 32.0;
 
-/// Whether the interiors of two boxes meet.
-bool overlap(const Box& a, const Box& b)
-{
-    return glm::all(glm::lessThan(a.lower, b.upper)) && glm::all(glm::lessThan(b.lower, a.upper));
-}
-
 constexpr std::size_t edges_of_tetrahedron[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
 
 } // namespace
 
 template <int Degree>
 bool TetrahedronMesher<Degree>::is_too_coarse(const Tetrahedron& corners, double longest_allowed,
-                                              const std::vector<Box>& boxes, const FaceOctree& octree) const
+                                              const std::vector<Box>& boxes) const
 {
     Box around;
     double longest = 0.0;
@@ -38,7 +36,7 @@ bool TetrahedronMesher<Degree>::is_too_coarse(const Tetrahedron& corners, double
     for (const auto& [i, j] : edges_of_tetrahedron)
         longest = std::max(longest, glm::distance(nodes_[corners[i]].position, nodes_[corners[j]].position));
     if (longest <= std::max(longest_allowed, shortest_edge) ||
-        octree.visit(around, [&](std::uint32_t box) { return !overlap(boxes[box], around); }))
+        std::none_of(boxes.begin(), boxes.end(), [&](const Box& box) { return box.overlaps(around); }))
         return false;
     const bool is_crossed = std::any_of(corners.begin(), corners.end(), [&](NodeId corner) {
         return nodes_[corner].is_solid != nodes_[corners[0]].is_solid;
@@ -82,7 +80,7 @@ typename TetrahedronMesher<Degree>::EdgeId TetrahedronMesher<Degree>::longest_ed
 }
 
 template <int Degree>
-void TetrahedronMesher<Degree>::halve(EdgeId edge, Nodes& middles)
+void TetrahedronMesher<Degree>::halve(EdgeId edge, Nodes& middles, std::vector<std::uint32_t>& touched)
 {
     if (!middles.try_emplace(edge, 0).second)
         return;
@@ -100,11 +98,9 @@ void TetrahedronMesher<Degree>::halve(EdgeId edge, Nodes& middles)
             for (cube.x = first_cube.x; cube.x <= last.x; ++cube.x) {
                 const bool is_in_domain = cube.x >= 0 && cube.y >= 0 && cube.z >= 0 && cube.x + 1 < field_.nodes().x &&
                                           cube.y + 1 < field_.nodes().y && cube.z + 1 < field_.nodes().z;
-                if (!is_in_domain || cubes_.kind(cube) != CubeKind::plain ||
-                    !field_.surface().kept_cells().contains(cube / subdivision))
-                    continue;
-                cubes_.refine(cube);
-                add_cube(cube);
+                if (is_in_domain)
+                    if (const auto number = split_cube(cube))
+                        touched.push_back(*number);
             }
 }
 
@@ -127,57 +123,93 @@ void TetrahedronMesher<Degree>::split(const Tetrahedron& corners, const Nodes& m
 template <int Degree>
 void TetrahedronMesher<Degree>::refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress)
 {
-    const FaceOctree near = octree_of(boxes, shortest_edge);
+    struct MetCube {
+        std::vector<Box> boxes;
+        std::vector<std::uint8_t> is_fine; ///< for each tetrahedron
+    };
+    std::map<std::uint32_t, MetCube> met; // by the numbers of cubes
     const double steps = field_.subdivision();
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (const Box& box : boxes) {
         const glm::ivec3 most = field_.nodes() - 2;
-        const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(steps * boxes[i].lower)), glm::ivec3(0), most);
-        const glm::ivec3 last = glm::clamp(glm::ivec3(glm::ceil(steps * boxes[i].upper)) - 1, first, most);
+        const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(steps * box.lower)), glm::ivec3(0), most);
+        const glm::ivec3 last = glm::clamp(glm::ivec3(glm::ceil(steps * box.upper)) - 1, first, most);
         glm::ivec3 cube;
         for (cube.z = first.z; cube.z <= last.z; ++cube.z)
             for (cube.y = first.y; cube.y <= last.y; ++cube.y)
                 for (cube.x = first.x; cube.x <= last.x; ++cube.x)
-                    if (cubes_.kind(cube) == CubeKind::plain &&
-                        field_.surface().kept_cells().contains(cube / field_.subdivision()) && cubes_.refine(cube))
-                        add_cube(cube);
+                    if (const auto number = split_cube(cube))
+                        met[*number].boxes.push_back(box);
     }
-    std::vector<std::uint8_t> is_fine;
+    std::vector<std::pair<const std::uint32_t, MetCube>*> all;
+    for (auto& each : met)
+        all.push_back(&each);
     Nodes middles;
-    std::vector<Tetrahedron> parts;
-    std::vector<std::uint8_t> parts_are_fine;
+    std::vector<std::uint32_t> touched;
     while (true) {
-        if (progress && !progress(0.0))
-            throw Cancelled();
+        parallel_for(
+            all.size(), 64,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    auto& [number, cube] = *all[i];
+                    const std::vector<Tetrahedron>& tetrahedra = split_[number].tetrahedra;
+                    cube.is_fine.resize(tetrahedra.size(), 0);
+                    for (std::size_t j = 0; j < tetrahedra.size(); ++j)
+                        if (cube.is_fine[j] == 0)
+                            cube.is_fine[j] = !is_too_coarse(tetrahedra[j], longest_allowed, cube.boxes);
+                }
+            },
+            progress ? [&](double) { return progress(0.0); } : Progress());
         middles.clear();
-        is_fine.resize(tetrahedra_.size(), 0);
-        for (std::size_t i = 0; i < is_fine.size(); ++i) { // cubes added by halve() are handled next time
-            const Tetrahedron corners = tetrahedra_[i];
-            if (is_fine[i] == 0 && is_too_coarse(corners, longest_allowed, boxes, near))
-                halve(longest_edge(corners, nullptr), middles);
-            else
-                is_fine[i] = 1;
-        }
+        touched.clear();
+        for (const auto* each : all)
+            for (std::size_t j = 0; j < each->second.is_fine.size(); ++j)
+                if (each->second.is_fine[j] == 0)
+                    halve(longest_edge(split_[each->first].tetrahedra[j], nullptr), middles, touched);
         if (middles.empty())
             return;
-        is_fine.resize(tetrahedra_.size(), 0);
+        std::sort(touched.begin(), touched.end());
+        touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
         // Most tetrahedra have no two corners at which halved edges end.
         std::vector<std::uint8_t> is_end(nodes_.size(), 0);
         for (const auto& [edge, middle] : middles)
             is_end[edge >> 32] = is_end[edge & 0xffffffff] = 1;
-        parts.clear();
-        parts_are_fine.clear();
-        for (std::size_t i = 0; i < tetrahedra_.size(); ++i) {
-            const Tetrahedron& corners = tetrahedra_[i];
-            const std::size_t before = parts.size();
-            if (std::count_if(corners.begin(), corners.end(), [&](NodeId corner) { return is_end[corner] != 0; }) < 2)
-                parts.push_back(corners);
-            else
-                split(corners, middles, parts);
-            parts_are_fine.resize(parts.size(), parts.size() == before + 1 ? is_fine[i] : 0);
-        }
-        tetrahedra_.swap(parts);
-        is_fine.swap(parts_are_fine);
+        parallel_for(touched.size(), 64, [&](std::size_t begin, std::size_t end) {
+            std::vector<Tetrahedron> parts;
+            std::vector<std::uint8_t> are_fine;
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto found = met.find(touched[i]);
+                std::vector<std::uint8_t>* const is_fine = found != met.end() ? &found->second.is_fine : nullptr;
+                parts.clear();
+                are_fine.clear();
+                std::vector<Tetrahedron>& tetrahedra = split_[touched[i]].tetrahedra;
+                for (std::size_t j = 0; j < tetrahedra.size(); ++j) {
+                    const std::size_t before = parts.size();
+                    if (std::count_if(tetrahedra[j].begin(), tetrahedra[j].end(),
+                                      [&](NodeId corner) { return is_end[corner] != 0; }) < 2)
+                        parts.push_back(tetrahedra[j]);
+                    else
+                        split(tetrahedra[j], middles, parts);
+                    if (is_fine != nullptr)
+                        are_fine.resize(parts.size(), parts.size() == before + 1 ? (*is_fine)[j] : 0);
+                }
+                tetrahedra = parts;
+                if (is_fine != nullptr)
+                    *is_fine = are_fine;
+            }
+        });
     }
+}
+
+/// The number of a cube that is split into tetrahedra, after it is split if it was plain; nothing for other cubes.
+template <int Degree>
+std::optional<std::uint32_t> TetrahedronMesher<Degree>::split_cube(const glm::ivec3& cube)
+{
+    if (const auto found = number_of_cube_.find(crossing_key(cube, 0)); found != number_of_cube_.end())
+        return found->second;
+    if (cubes_.kind(cube) != CubeKind::plain || !field_.surface().kept_cells().contains(cube / field_.subdivision()))
+        return std::nullopt;
+    cubes_.refine(cube);
+    return add_cube(cube);
 }
 
 template void TetrahedronMesher<1>::refine(const std::vector<Box>&, double, const Progress&);

@@ -9,7 +9,9 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -24,8 +26,16 @@ constexpr std::size_t report_interval = 1024;
 /// The spacing of measured points in the first run, in cells.
 constexpr double usual_spacing = 0.5;
 
-} // namespace
+/// Collapses of a vertex are done again; with surrounding_changes, also all that depend on them.
+constexpr std::uint8_t changes = 1, surrounding_changes = 2;
+/// The part of the tolerance within which vertices change, by how often the proof has failed there before.
+constexpr double margins[] = {0.5, 0.5, 1.0, 4.0};
+/// After this number of failures, all collapses that depend on those of these vertices are done again.
+constexpr std::size_t failures_before_surrounding = 1;
+/// After this number of failures, the vertices stay.
+constexpr std::size_t failures_before_locked = 2;
 
+/// For each vertex, whether it is within a margin of a box.
 std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices, const std::vector<Box>& boxes,
                                         double margin)
 {
@@ -39,6 +49,8 @@ std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices,
     });
     return found;
 }
+
+} // namespace
 
 template <int Degree>
 Simplification<Degree>::Simplification(const LatticeField<Degree>& field, const LabeledMesh& fine,
@@ -59,17 +71,14 @@ void Simplification<Degree>::run(const Progress& progress)
 }
 
 template <int Degree>
-void Simplification<Degree>::redo(const std::vector<Box>& boxes, double margin, const std::vector<Box>& samples,
-                                  Redo what, const Progress& progress)
+void Simplification<Degree>::redo(const std::vector<Box>& boxes, const std::vector<Box>& samples,
+                                  const Progress& progress)
 {
-    std::vector<std::uint8_t> is_redone = vertices_near(fine_.vertices, boxes, margin);
-    if (what == Redo::surrounding_alone)
-        for (std::size_t i = 0; i < is_redone.size(); ++i)
-            is_locked_[i] |= is_redone[i];
+    choose_changes(boxes);
     for (const Box& box : samples)
         world_.push_back(metric_.to_world * box.center());
     state_.emplace(fine_, world_, is_locked_);
-    repeat(std::move(is_redone), what, part_of(progress, 0.0, 0.1));
+    repeat(part_of(progress, 0.0, 0.1));
     assign_samples(part_of(progress, 0.1, 0.2));
     run_blocks({measured_spacing, true}, part_of(progress, 0.2, 1.0));
 }
@@ -88,14 +97,47 @@ std::pair<LabeledMesh, std::vector<std::uint8_t>> Simplification<Degree>::mesh()
     return {std::move(mesh), std::move(has_changed)};
 }
 
+/// Chooses what is done again, by how often the proof has failed near each box.
+template <int Degree>
+void Simplification<Degree>::choose_changes(const std::vector<Box>& boxes)
+{
+    const double tolerance = simplicity_.of_faces / metric_.shortest_edge;
+    const FaceOctree octree = octree_of(failed_, 0.25 * tolerance);
+    std::array<std::vector<Box>, std::size(margins)> by_failures;
+    std::vector<std::uint8_t> failures;
+    for (const Box& box : boxes) {
+        std::uint8_t most = 0;
+        const Box around{box.lower - tolerance, box.upper + tolerance};
+        octree.visit(around, [&](std::uint32_t earlier) {
+            if (failed_[earlier].meets(around))
+                most = std::max(most, failures_[earlier]);
+            return true;
+        });
+        by_failures[std::min<std::size_t>(most, std::size(margins) - 1)].push_back(box);
+        failures.push_back(most + 1);
+    }
+    failed_.insert(failed_.end(), boxes.begin(), boxes.end());
+    failures_.insert(failures_.end(), failures.begin(), failures.end());
+    change_.assign(fine_.vertices.size(), 0);
+    for (std::size_t before = 0; before < std::size(margins); ++before) {
+        const auto is_near = vertices_near(fine_.vertices, by_failures[before], margins[before] * tolerance);
+        for (std::size_t i = 0; i < is_near.size(); ++i)
+            if (is_near[i] != 0) {
+                change_[i] = before >= failures_before_surrounding ? surrounding_changes : changes;
+                is_locked_[i] |= before >= failures_before_locked;
+            }
+    }
+}
+
 /// Repeats the collapses that were done, but those of vertices that are done again, which are queued. Where a collapse
 /// is left out, the mesh around becomes a different one. Elsewhere, the mesh is as it was when a collapse was found to
 /// be possible.
 template <int Degree>
-void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_redone, Redo what, const Progress& progress)
+void Simplification<Degree>::repeat(const Progress& progress)
 {
     std::vector<Collapse> repeated;
-    std::vector<std::uint8_t> is_different = is_redone;
+    std::vector<std::uint8_t>& is_queued = state_->is_queued;
+    std::transform(change_.begin(), change_.end(), is_queued.begin(), [](std::uint8_t change) { return change != 0; });
     EditableMesh::Workspace workspace;
     EdgeCollapser<Degree> collapser(field_, metric_, simplicity_, *state_, 0, {usual_spacing, false});
     for (std::size_t step = 0; step < history_.size(); ++step) {
@@ -103,27 +145,27 @@ void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_redone, Redo wh
             report(progress, static_cast<double>(step) / static_cast<double>(history_.size()));
         const Collapse& collapse = history_[step];
         const auto faces = state_->editable.faces_of(collapse.from, workspace);
-        const auto for_each_around = [&](const auto& visit) {
-            for (const std::uint32_t index : faces)
-                for (int corner = 0; corner < 3; ++corner)
-                    visit(state_->editable.faces()[index][corner]);
-        };
-        bool is_same = true;
-        for_each_around([&](std::uint32_t vertex) { is_same = is_same && is_different[vertex] == 0; });
-        if (is_same) {
+        std::uint8_t most = 0;
+        for (const std::uint32_t index : faces)
+            for (int corner = 0; corner < 3; ++corner)
+                most = std::max(most, change_[state_->editable.faces()[index][corner]]);
+        if (most == 0) {
             state_->editable.collapse(collapse.from, collapse.to);
             state_->quadrics[collapse.to].add(state_->quadrics[collapse.from]);
             repeated.push_back(collapse);
             continue;
         }
-        for_each_around([&](std::uint32_t vertex) { is_different[vertex] = 1; });
-        if (what == Redo::vertices && is_redone[collapse.from] == 0 && collapser.repeat(collapse))
+        for (const std::uint32_t index : faces)
+            for (int corner = 0; corner < 3; ++corner)
+                change_[state_->editable.faces()[index][corner]] = most;
+        if (most == changes && is_queued[collapse.from] == 0 && collapser.repeat(collapse))
             repeated.push_back(collapse);
         else
-            is_redone[collapse.from] = 1;
+            is_queued[collapse.from] = 1;
     }
     history_ = std::move(repeated);
-    state_->is_queued = what == Redo::vertices ? std::move(is_redone) : std::move(is_different);
+    for (std::size_t i = 0; i < change_.size(); ++i)
+        is_queued[i] |= change_[i] == surrounding_changes;
 }
 
 /// Gives samples to the faces that are nearest to them: removed vertices around queued ones, and all other samples.
@@ -146,46 +188,56 @@ void Simplification<Degree>::assign_samples(const Progress& progress)
     for (std::uint32_t face = 0; face < faces.size(); ++face)
         if (state_->editable.is_alive(face))
             octree.insert(face, box_of(fine_.vertices, faces[face]));
-    const auto nearest_face = [&](std::uint32_t sample) {
-        const glm::dvec3 &world = world_[sample], lattice = metric_.to_lattice * world;
-        std::uint32_t nearest = CollapsingMesh::none;
-        // Most faces are much nearer than they have to be.
-        for (const double distance : {0.25 * simplicity_.of_vertices, simplicity_.of_vertices}) {
-            const glm::dvec3 reach = box_of_ball(metric_, distance);
-            double least = std::numeric_limits<double>::infinity();
-            const Box around{lattice - reach, lattice + reach};
-            octree.visit(around, [&](std::uint32_t face) {
-                if (!box_of(fine_.vertices, faces[face]).meets(around))
-                    return true;
-                const auto [a, b, c] = CollapsingMesh::corners(world_, faces[face]);
-                const glm::dvec3 difference = world - closest_point_of_triangle(world, a, b, c);
-                if (const double square = glm::dot(difference, difference); square < least) {
-                    least = square;
-                    nearest = face;
-                }
-                return true;
-            });
-            if (least <= distance * distance)
-                break;
-        }
-        return nearest;
-    };
     // The vertex onto which each removed one was moved at last.
-    std::vector<std::uint32_t> samples;
+    std::vector<std::uint32_t> moved_onto(world_.size(), CollapsingMesh::none), samples;
     for (std::size_t left = history_.size(); left-- > 0;) {
         const auto [from, to] = history_[left];
-        is_near_queued[from] = is_near_queued[to];
-        if (is_near_queued[from] != 0)
+        moved_onto[from] = moved_onto[to] == CollapsingMesh::none ? to : moved_onto[to];
+        if (is_near_queued[moved_onto[from]] != 0)
             samples.push_back(from);
     }
     for (std::uint32_t sample = vertex_count; sample < world_.size(); ++sample)
         samples.push_back(sample);
+    EditableMesh::Workspace workspace;
+    for (const std::uint32_t sample : samples) // afterwards, faces_of() changes nothing
+        if (moved_onto[sample] != CollapsingMesh::none)
+            state_->editable.faces_of(moved_onto[sample], workspace);
+    const auto nearest_face = [&](std::uint32_t sample, EditableMesh::Workspace& of_thread) {
+        const glm::dvec3 &world = world_[sample], lattice = metric_.to_lattice * world;
+        std::uint32_t nearest = CollapsingMesh::none;
+        double least = std::numeric_limits<double>::infinity();
+        const auto examine = [&](std::uint32_t face) {
+            const auto [a, b, c] = CollapsingMesh::corners(world_, faces[face]);
+            const glm::dvec3 difference = world - closest_point_of_triangle(world, a, b, c);
+            if (const double square = glm::dot(difference, difference); square < least) {
+                least = square;
+                nearest = face;
+            }
+        };
+        if (moved_onto[sample] != CollapsingMesh::none)
+            for (const std::uint32_t face : state_->editable.faces_of(moved_onto[sample], of_thread))
+                examine(face);
+        // Most samples are much nearer to a face than they have to be, and most of these to one of those.
+        for (const double distance : {0.25 * simplicity_.of_vertices, simplicity_.of_vertices}) {
+            if (least <= distance * distance)
+                break;
+            const glm::dvec3 reach = box_of_ball(metric_, distance);
+            const Box around{lattice - reach, lattice + reach};
+            octree.visit(around, [&](std::uint32_t face) {
+                if (box_of(fine_.vertices, faces[face]).meets(around))
+                    examine(face);
+                return true;
+            });
+        }
+        return nearest;
+    };
     std::vector<std::uint32_t> nearest(samples.size());
     parallel_for(
         samples.size(), report_interval,
         [&](std::size_t begin, std::size_t end) {
+            EditableMesh::Workspace of_thread;
             for (std::size_t i = begin; i < end; ++i)
-                nearest[i] = nearest_face(samples[i]);
+                nearest[i] = nearest_face(samples[i], of_thread);
         },
         progress);
     for (std::size_t i = 0; i < samples.size(); ++i)

@@ -17,23 +17,12 @@
 
 namespace isospline {
 
-/// What is done again in a simplified mesh where a proof fails.
-enum class Redo {
-    vertices,         ///< collapses of the vertices there
-    surrounding,      ///< these, and all collapses that depend on them
-    surrounding_alone ///< all collapses that depend on those of the vertices there, which stay
-};
-
-/// For each vertex, whether it is within a margin of a box.
-std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices, const std::vector<Box>& boxes,
-                                        double margin);
-
 /// Collapses edges of a mesh, those that change it least first (M. Garland, P. Heckbert, "Surface simplification using
 /// quadric error metrics", SIGGRAPH 1997). Remaining vertices do not move. A collapse is done only if each face that it
 /// changes is measured to be near the surface (Nearness), and samples of the surface are near these faces.
 ///
 /// What is measured is no proof. Where a proof fails, the mesh goes back to the first one, and is simplified again with
-/// more care. The result does not depend on the number of threads.
+/// more care, and with still more where it fails again. The result does not depend on the number of threads.
 template <int Degree>
 class Simplification {
 public:
@@ -42,15 +31,16 @@ public:
 
     /// Collapses all edges that may be collapsed.
     void run(const Progress& progress);
-    /// Does so again where vertices of the first mesh are within a margin of boxes in lattice space. The middles of
-    /// `samples` become samples of the surface.
-    void redo(const std::vector<Box>& boxes, double margin, const std::vector<Box>& samples, Redo what,
-              const Progress& progress);
+    /// Does so again near boxes in lattice space. The middles of `samples` become samples of the surface.
+    void redo(const std::vector<Box>& boxes, const std::vector<Box>& samples, const Progress& progress);
+    /// For each vertex, whether it is not collapsed any more.
+    const std::vector<std::uint8_t>& locked() const { return is_locked_; }
     /// The faces that are left, with all vertices of the first mesh, and for each face, whether it has changed.
     std::pair<LabeledMesh, std::vector<std::uint8_t>> mesh() const;
 
 private:
-    void repeat(std::vector<std::uint8_t> is_redone, Redo what, const Progress& progress);
+    void choose_changes(const std::vector<Box>& boxes);
+    void repeat(const Progress& progress);
     void assign_samples(const Progress& progress);
     void run_blocks(const Care& care, const Progress& progress);
     void divide(std::optional<double> offset);
@@ -62,6 +52,9 @@ private:
     Simplicity simplicity_;
     std::vector<glm::dvec3> world_; ///< positions of vertices and other samples, up to a translation
     std::vector<std::uint8_t> is_locked_;
+    std::vector<Box> failed_;            ///< where the proof has failed
+    std::vector<std::uint8_t> failures_; ///< how often, for each of these boxes
+    std::vector<std::uint8_t> change_;   ///< what redo() does with each vertex
     std::vector<Collapse> history_;
     std::optional<CollapsingMesh> state_;
     std::uint32_t block_count_ = 1;

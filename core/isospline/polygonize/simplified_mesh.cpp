@@ -1,5 +1,6 @@
 #include "isospline/polygonize/simplified_mesh.h"
 
+#include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/covering.h"
 #include "isospline/polygonize/editable_mesh.h"
 #include "isospline/polygonize/face_octree.h"
@@ -9,9 +10,11 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 
 namespace isospline {
@@ -21,7 +24,7 @@ namespace {
 /// Simplification leaves a part of the tolerance for points between those where it measures.
 constexpr double part_of_faces = 0.9, part_of_vertices = 0.8;
 /// How often a mesh is simplified, at most.
-constexpr int most_attempts = 5;
+constexpr int most_attempts = 8;
 /// After this number of proofs, neighbours of vertices that are put back are put back, too.
 constexpr int most_single_rounds = 8;
 /// The cosine of the largest angle by which a face is turned when its vertices move.
@@ -36,29 +39,36 @@ class PreservedMeshes {
 public:
     /// `fine` has the vertices of all meshes. It and the field must outlive the object.
     PreservedMeshes(const LatticeField<Degree>& field, const LabeledMesh& fine, double tolerance)
-        : fine_(fine), reach_(box_of_ball(LatticeMetric(field.surface().volume().lattice_to_world()), tolerance)),
+        : field_(field), fine_(fine), tolerance_(tolerance),
+          reach_(box_of_ball(LatticeMetric(field.surface().volume().lattice_to_world()), tolerance)),
           preservation_(field, tolerance), proof_(field, tolerance), stays_(fine.vertices.size(), 0)
     {
     }
 
-    /// Moves vertices of a mesh that has those of the fine mesh. `has_changed` tells which faces this one does not
-    /// have. Boxes of what is not covered are as small as possible in the last proof only.
+    /// Moves vertices of a mesh that has those of the fine mesh, and examines it. `has_changed` tells which faces the
+    /// fine mesh does not have. Boxes of what is not covered are as small as possible in the last examination only.
     void prove(LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last, const Progress& progress);
+    /// Examines a mesh whose vertices have been moved.
+    void examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
+                 const Progress& progress);
+    /// Finds which of the surface that is not covered is not covered by the fine mesh either.
+    void find_gaps(const Progress& progress);
 
     const MeshProof<Degree>& proof() const { return proof_; }
-    /// All for which the proof failed.
+    /// Boxes with surface that the fine mesh covers and the last one does not.
+    std::vector<Box> uncovered() const;
+    /// All for which the proof failed, but not for the fine mesh.
     std::vector<Box> failed(const LabeledMesh& mesh) const
     {
-        std::vector<Box> boxes = proof_.failed(mesh);
-        boxes.insert(boxes.end(), proof_.uncovered().begin(), proof_.uncovered().end());
+        std::vector<Box> boxes = proof_.failed(mesh), others = uncovered();
+        boxes.insert(boxes.end(), others.begin(), others.end());
         return boxes;
     }
-    /// In the meshes that follow, vertices within a margin of boxes stay on the surface.
-    void keep_near(const std::vector<Box>& boxes, double margin)
+    /// In the meshes that follow, these vertices stay on the surface.
+    void keep(const std::vector<std::uint8_t>& is_kept)
     {
-        const std::vector<std::uint8_t> is_near = vertices_near(fine_.vertices, boxes, margin);
         for (std::size_t i = 0; i < stays_.size(); ++i)
-            stays_[i] |= is_near[i];
+            stays_[i] |= is_kept[i];
     }
     double missing_volume(const LabeledMesh& mesh, const Progress& progress) const
     {
@@ -71,8 +81,11 @@ private:
     bool put_back(const LabeledMesh& mesh, bool with_neighbors);
     bool is_turned(const LabeledMesh& mesh, const glm::uvec3& face) const;
 
+    const LatticeField<Degree>& field_;
     const LabeledMesh& fine_;
+    double tolerance_;
     glm::dvec3 reach_; ///< of the box around a ball with the tolerance as radius, in lattice space
+    std::vector<Box> gaps_;
     VolumePreservation<Degree> preservation_;
     MeshProof<Degree> proof_;
     std::vector<std::uint8_t> stays_;
@@ -86,15 +99,44 @@ void PreservedMeshes<Degree>::prove(LabeledMesh& mesh, const std::vector<std::ui
         const double left = std::pow(0.25, round - 1);
         mesh.vertices = fine_.vertices;
         preservation_.move(mesh, stays_, part_of(progress, 1.0 - left, 1.0 - 0.8 * left));
-        std::vector<std::uint8_t> is_new = has_changed;
-        for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-            for (int corner = 0; corner < 3; ++corner)
-                if (const std::uint32_t vertex = mesh.faces[i][corner]; mesh.vertices[vertex] != fine_.vertices[vertex])
-                    is_new[i] = 1;
-        proof_.examine(mesh, is_new, is_last, part_of(progress, 1.0 - 0.8 * left, 1.0 - 0.25 * left));
+        examine(mesh, has_changed, is_last, part_of(progress, 1.0 - 0.8 * left, 1.0 - 0.25 * left));
         if (!put_back(mesh, round >= most_single_rounds))
             return;
     }
+}
+
+template <int Degree>
+void PreservedMeshes<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed,
+                                      bool is_last, const Progress& progress)
+{
+    std::vector<std::uint8_t> is_new = has_changed;
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
+        for (int corner = 0; corner < 3; ++corner)
+            if (const std::uint32_t vertex = mesh.faces[i][corner]; mesh.vertices[vertex] != fine_.vertices[vertex])
+                is_new[i] = 1;
+    proof_.examine(mesh, is_new, is_last, progress);
+}
+
+template <int Degree>
+void PreservedMeshes<Degree>::find_gaps(const Progress& progress)
+{
+    if (proof_.uncovered().empty())
+        return;
+    const ChosenCells cells(proof_.uncovered(), 0.0);
+    const double least = least_edge_of(LatticeMetric(field_.surface().volume().lattice_to_world()), tolerance_);
+    const auto chosen = [&cells](const glm::ivec3& first) { return cells.of_brick(first); };
+    gaps_ = cover_surface<Degree>(field_, fine_, tolerance_, {least, 0.0}, chosen, progress).uncovered;
+}
+
+template <int Degree>
+std::vector<Box> PreservedMeshes<Degree>::uncovered() const
+{
+    const FaceOctree octree = octree_of(gaps_, 0.125);
+    std::vector<Box> boxes;
+    std::copy_if(proof_.uncovered().begin(), proof_.uncovered().end(), std::back_inserter(boxes), [&](const Box& box) {
+        return octree.visit(box, [&](std::uint32_t gap) { return !gaps_[gap].overlaps(box); });
+    });
+    return boxes;
 }
 
 /// Whether a face is turned by more than a collapse may turn it.
@@ -143,30 +185,30 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
                                const Progress& progress)
 {
     const LatticeField<Degree> field(surface, 1);
-    const LatticeMetric metric(surface.volume().lattice_to_world());
     Simplification<Degree> simplification(field, fine, {part_of_faces * tolerance, part_of_vertices * tolerance});
     simplification.run(part_of(progress, 0.0, 0.5));
     PreservedMeshes<Degree> meshes(field, fine, tolerance);
-    double margin = 0.5 * tolerance / metric.shortest_edge;
     for (int attempt = 1;; ++attempt) {
-        const double left = std::pow(0.5, attempt); // most of the work is in the first attempt
+        // Most of the work is in the first attempt.
+        const auto part = [&progress, left = std::pow(0.5, attempt)](double begin, double end) {
+            return part_of(progress, 1.0 - left * (1.0 - begin), 1.0 - left * (1.0 - end));
+        };
         auto [mesh, has_changed] = simplification.mesh();
-        meshes.prove(mesh, has_changed, attempt == most_attempts, part_of(progress, 1.0 - left, 1.0 - 0.75 * left));
+        meshes.prove(mesh, has_changed, attempt == most_attempts, part(0.0, 0.2));
+        if (attempt == 2)
+            meshes.find_gaps(part(0.2, 0.25));
         const std::vector<Box> failed = meshes.failed(mesh);
         if (failed.empty() || attempt == most_attempts) {
+            if (attempt != most_attempts && !meshes.proof().uncovered().empty())
+                meshes.examine(mesh, has_changed, true, part(0.25, 0.5));
             std::vector<glm::dvec3> feet;
             for (const std::uint32_t vertex : drop_unused_vertices(mesh))
                 feet.push_back(fine.vertices[vertex]);
-            const double missing = meshes.missing_volume(mesh, part_of(progress, 1.0 - 0.75 * left, 1.0));
+            const double missing = meshes.missing_volume(mesh, part(0.5, 1.0));
             return {std::move(mesh), std::move(feet), meshes.proof().distance(), meshes.proof().uncovered(), missing};
         }
-        const Redo what = attempt == 1 ? Redo::vertices : attempt == 2 ? Redo::surrounding : Redo::surrounding_alone;
-        if (what == Redo::surrounding_alone) {
-            margin *= attempt == 3 ? 2.0 : 4.0; // one tolerance: half of it may hold no vertex; then four
-            meshes.keep_near(failed, margin);
-        }
-        simplification.redo(failed, margin, meshes.proof().uncovered(), what,
-                            part_of(progress, 1.0 - 0.75 * left, 1.0 - 0.5 * left));
+        simplification.redo(failed, meshes.uncovered(), part(0.25, 0.5));
+        meshes.keep(simplification.locked());
     }
 }
 

@@ -36,8 +36,12 @@ NodeId TetrahedronMesher<Degree>::lattice_node(const glm::ivec3& node)
 }
 
 template <int Degree>
-void TetrahedronMesher<Degree>::add_cube(const glm::ivec3& cube)
+std::uint32_t TetrahedronMesher<Degree>::add_cube(const glm::ivec3& cube)
 {
+    const auto number = static_cast<std::uint32_t>(split_.size());
+    number_of_cube_[crossing_key(cube, 0)] = number;
+    SplitCube& added = split_.emplace_back(SplitCube{cube, {}});
+    added.tetrahedra.reserve(6);
     static constexpr int orders[6][2] = {{0, 1}, {1, 2}, {2, 0}, {1, 0}, {2, 1}, {0, 2}}; // the last three are odd
     for (int order = 0; order < 6; ++order) {
         glm::ivec3 first = cube, second = cube;
@@ -46,12 +50,14 @@ void TetrahedronMesher<Degree>::add_cube(const glm::ivec3& cube)
         second[orders[order][1]] += 1;
         if (order >= 3)
             std::swap(first, second);
-        tetrahedra_.push_back({lattice_node(cube), lattice_node(first), lattice_node(second), lattice_node(cube + 1)});
+        added.tetrahedra.push_back(
+            {lattice_node(cube), lattice_node(first), lattice_node(second), lattice_node(cube + 1)});
     }
+    return number;
 }
 
 template <int Degree>
-void TetrahedronMesher<Degree>::add_cut_cubes(const CellFilter& filter, const Progress& progress)
+void TetrahedronMesher<Degree>::add_cut_cubes(const BrickFilter& filter, const Progress& progress)
 {
     if (cubes_.planes().all().empty())
         return;
@@ -64,14 +70,15 @@ void TetrahedronMesher<Degree>::add_cut_cubes(const CellFilter& filter, const Pr
         if ((filter && !filter(brick.first)) ||
             cubes_.kind_by_planes(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
             continue;
-        for_each_cell_in_question(field_.surface(), bricks[i], [&](const glm::ivec3& cell, bool) {
-            glm::ivec3 part;
-            for (part.z = 0; part.z < subdivision; ++part.z)
-                for (part.y = 0; part.y < subdivision; ++part.y)
-                    for (part.x = 0; part.x < subdivision; ++part.x)
-                        if (cubes_.kind(cell * subdivision + part) == CubeKind::special)
-                            add_cube(cell * subdivision + part);
-        });
+        for_each_cell_in_question(field_.surface(), bricks[i], all_cells(brick.size),
+                                  [&](const glm::ivec3& cell, bool) {
+                                      glm::ivec3 part;
+                                      for (part.z = 0; part.z < subdivision; ++part.z)
+                                          for (part.y = 0; part.y < subdivision; ++part.y)
+                                              for (part.x = 0; part.x < subdivision; ++part.x)
+                                                  if (cubes_.kind(cell * subdivision + part) == CubeKind::special)
+                                                      add_cube(cell * subdivision + part);
+                                  });
     }
 }
 
@@ -210,38 +217,34 @@ void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
 }
 
 template <int Degree>
-MeshPart TetrahedronMesher<Degree>::march(const CellFilter& filter, const Progress& progress)
+MeshPart TetrahedronMesher<Degree>::march(const BrickFilter& filter, const Progress& progress)
 {
     crossings_.clear();
     vertices_.clear();
     part_ = {};
-    for (std::size_t i = 0; i < tetrahedra_.size(); ++i) {
-        if (i % 65536 == 0 && progress && !progress(static_cast<double>(i) / static_cast<double>(tetrahedra_.size())))
-            throw Cancelled();
-        const Tetrahedron& corners = tetrahedra_[i];
-        if (filter) {
-            glm::dvec3 middle(0.0);
-            for (const NodeId corner : corners)
-                middle += 0.25 * nodes_[corner].position;
-            if (!filter(glm::ivec3(middle) / brick_size * brick_size))
-                continue;
-        }
-        clip_and_march(corners);
+    for (std::size_t i = 0; i < split_.size(); ++i) {
+        if (i % 16384 == 0)
+            report(progress, static_cast<double>(i) / static_cast<double>(split_.size()));
+        const glm::ivec3 cell = split_[i].at / field_.subdivision();
+        if (filter && !filter(cell / brick_size * brick_size))
+            continue;
+        for (const Tetrahedron& corners : split_[i].tetrahedra)
+            clip_and_march(corners);
     }
     return std::move(part_);
 }
 
-template void TetrahedronMesher<1>::add_cut_cubes(const CellFilter&, const Progress&);
-template void TetrahedronMesher<1>::add_cube(const glm::ivec3&);
+template void TetrahedronMesher<1>::add_cut_cubes(const BrickFilter&, const Progress&);
+template std::uint32_t TetrahedronMesher<1>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<1>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<1>::march(const CellFilter&, const Progress&);
-template void TetrahedronMesher<2>::add_cut_cubes(const CellFilter&, const Progress&);
-template void TetrahedronMesher<2>::add_cube(const glm::ivec3&);
+template MeshPart TetrahedronMesher<1>::march(const BrickFilter&, const Progress&);
+template void TetrahedronMesher<2>::add_cut_cubes(const BrickFilter&, const Progress&);
+template std::uint32_t TetrahedronMesher<2>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<2>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<2>::march(const CellFilter&, const Progress&);
-template void TetrahedronMesher<3>::add_cut_cubes(const CellFilter&, const Progress&);
-template void TetrahedronMesher<3>::add_cube(const glm::ivec3&);
+template MeshPart TetrahedronMesher<2>::march(const BrickFilter&, const Progress&);
+template void TetrahedronMesher<3>::add_cut_cubes(const BrickFilter&, const Progress&);
+template std::uint32_t TetrahedronMesher<3>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<3>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<3>::march(const CellFilter&, const Progress&);
+template MeshPart TetrahedronMesher<3>::march(const BrickFilter&, const Progress&);
 
 } // namespace isospline

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "isospline/polygonize/cells_in_question.h"
-#include "isospline/polygonize/face_octree.h"
 #include "isospline/polygonize/mesh_part.h"
 #include "isospline/polygonize/special_cubes.h"
 #include "isospline/polygonize/tetrahedron.h"
@@ -11,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
 #include <vector>
@@ -30,12 +30,12 @@ public:
 
     /// Adds the cubes that planes cut and that contain surface or, if there are caps, solid, in the bricks that a
     /// filter selects by their first cells.
-    void add_cut_cubes(const CellFilter& filter, const Progress& progress);
+    void add_cut_cubes(const BrickFilter& filter, const Progress& progress);
     /// Adds the cubes that these boxes, in lattice space, meet, and halves edges until, in each tetrahedron that meets
     /// a box and may contain surface, no edge is longer than `longest_allowed` or than 1/32 of a cell.
     void refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress);
     /// The mesh of the tetrahedra in the bricks that a filter selects by their first cells.
-    MeshPart march(const CellFilter& filter, const Progress& progress);
+    MeshPart march(const BrickFilter& filter, const Progress& progress);
 
 private:
     /// An edge, by the numbers of its ends, the smaller first.
@@ -46,6 +46,10 @@ private:
         glm::dvec3 position;
         bool is_solid;
         bool is_of_lattice;
+    };
+    struct SplitCube {
+        glm::ivec3 at; ///< its lower corner
+        std::vector<Tetrahedron> tetrahedra;
     };
 
     /// Nodes of the lattice come first. Then, the order is that of places, so that it does not depend on which cubes
@@ -60,15 +64,17 @@ private:
     }
     static EdgeId edge_id(NodeId a, NodeId b) { return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b); }
 
-    void add_cube(const glm::ivec3& cube);
+    /// Returns the number of the cube.
+    std::uint32_t add_cube(const glm::ivec3& cube);
+    std::optional<std::uint32_t> split_cube(const glm::ivec3& cube);
     NodeId lattice_node(const glm::ivec3& node);
     NodeId add_node(const glm::dvec3& position, bool is_of_lattice);
 
-    bool is_too_coarse(const Tetrahedron& corners, double longest_allowed, const std::vector<Box>& boxes,
-                       const FaceOctree& octree) const;
+    bool is_too_coarse(const Tetrahedron& corners, double longest_allowed, const std::vector<Box>& boxes) const;
     /// The longest edge; among equal ones, the choice is the same for all tetrahedra that share them.
     EdgeId longest_edge(const Tetrahedron& corners, const Nodes* among) const;
-    void halve(EdgeId edge, Nodes& middles);
+    /// Adds the numbers of the cubes that share the edge to `touched`.
+    void halve(EdgeId edge, Nodes& middles, std::vector<std::uint32_t>& touched);
     void split(const Tetrahedron& corners, const Nodes& middles, std::vector<Tetrahedron>& parts) const;
 
     double distance(const HalfSpace& half_space, NodeId node) const
@@ -91,7 +97,8 @@ private:
 
     const LatticeField<Degree>& field_;
     SpecialCubes& cubes_;
-    std::vector<Tetrahedron> tetrahedra_;
+    std::vector<SplitCube> split_;
+    std::unordered_map<CrossingKey, std::uint32_t> number_of_cube_;
     std::vector<Node> nodes_;
     std::unordered_map<CrossingKey, NodeId> lattice_nodes_;
     Nodes cuts_;

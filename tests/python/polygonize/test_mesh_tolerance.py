@@ -172,6 +172,20 @@ def test_a_part_between_the_finest_nodes_is_listed():
     assert report["distance"] <= 0.05
 
 
+def test_a_part_that_is_left_out_does_not_refine_the_mesh():
+    z, y, x = np.indices((25, 25, 25))
+    ball = ((x - 14) ** 2 + (y - 12) ** 2 + (z - 12) ** 2 < 49).astype(float)
+    with_speck = ball.copy()
+    with_speck[12, 12, 3], with_speck[12, 12, 4] = 1, 0.3
+    line = np.full((100001, 3), 12.0)
+    line[:, 0] = np.linspace(2.5, 4.5, len(line))
+    level = isospline.Volume(with_speck, filter="none").sample(line).max() - 2e-6
+    meshes = [isospline.Isosurface(isospline.Volume(data, filter="none"), level) for data in (ball, with_speck)]
+    with pytest.warns(UserWarning, match="1 parts of the surface are left out"):
+        plain, speck = (surface.to_mesh(1.0) for surface in meshes)
+    assert len(speck.faces) <= 1.1 * len(plain.faces)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("tolerance", [pytest.param(0.25, marks=pytest.mark.long), 0.5])
