@@ -205,7 +205,7 @@ sanitize-address: test-packages .venv/.installed
 	@$(call pip_install,asan-ubsan,.) --no-deps --upgrade --target build/asan-ubsan/package
 	@cmake --build --preset asan-ubsan
 	@echo "== Running the C++ tests under AddressSanitizer and UndefinedBehaviorSanitizer"
-	@ctest --preset asan-ubsan
+	@ctest --preset asan-ubsan --parallel $$(nproc)
 	@echo "== Running the Python tests under AddressSanitizer and UndefinedBehaviorSanitizer"
 	@ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 \
 	    LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \

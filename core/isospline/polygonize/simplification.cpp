@@ -9,7 +9,6 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <iterator>
 #include <limits>
@@ -34,21 +33,6 @@ constexpr double margins[] = {0.5, 0.5, 1.0, 4.0};
 constexpr std::size_t failures_before_surrounding = 1;
 /// After this number of failures, the vertices stay.
 constexpr std::size_t failures_before_locked = 2;
-
-/// For each vertex, whether it is within a margin of a box.
-std::vector<std::uint8_t> vertices_near(const std::vector<glm::dvec3>& vertices, const std::vector<Box>& boxes,
-                                        double margin)
-{
-    const FaceOctree octree = octree_of(boxes, 0.25 * margin);
-    std::vector<std::uint8_t> found(vertices.size());
-    parallel_for(found.size(), 16384, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const Box around{vertices[i] - margin, vertices[i] + margin};
-            found[i] = !octree.visit(around, [&](std::uint32_t box) { return !boxes[box].meets(around); });
-        }
-    });
-    return found;
-}
 
 } // namespace
 
@@ -103,30 +87,40 @@ void Simplification<Degree>::choose_changes(const std::vector<Box>& boxes)
 {
     const double tolerance = simplicity_.of_faces / metric_.shortest_edge;
     const FaceOctree octree = octree_of(failed_, 0.25 * tolerance);
-    std::array<std::vector<Box>, std::size(margins)> by_failures;
-    std::vector<std::uint8_t> failures;
+    std::vector<std::uint8_t> failures; // before
     for (const Box& box : boxes) {
         std::uint8_t most = 0;
         const Box around{box.lower - tolerance, box.upper + tolerance};
         octree.visit(around, [&](std::uint32_t earlier) {
             if (failed_[earlier].meets(around))
-                most = std::max(most, failures_[earlier]);
+                most = std::max<std::uint8_t>(most, failures_[earlier] + 1);
             return true;
         });
-        by_failures[std::min<std::size_t>(most, std::size(margins) - 1)].push_back(box);
-        failures.push_back(most + 1);
+        failures.push_back(std::min<std::uint8_t>(most, std::size(margins) - 1));
     }
     failed_.insert(failed_.end(), boxes.begin(), boxes.end());
     failures_.insert(failures_.end(), failures.begin(), failures.end());
-    change_.assign(fine_.vertices.size(), 0);
-    for (std::size_t before = 0; before < std::size(margins); ++before) {
-        const auto is_near = vertices_near(fine_.vertices, by_failures[before], margins[before] * tolerance);
-        for (std::size_t i = 0; i < is_near.size(); ++i)
-            if (is_near[i] != 0) {
-                change_[i] = before >= failures_before_surrounding ? surrounding_changes : changes;
-                is_locked_[i] |= before >= failures_before_locked;
-            }
+
+    std::vector<Box> reaches;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const double margin = margins[failures[i]] * tolerance;
+        reaches.push_back({boxes[i].lower - margin, boxes[i].upper + margin});
     }
+    const FaceOctree octree_of_reaches = octree_of(reaches, 0.25 * tolerance);
+    change_.assign(fine_.vertices.size(), 0);
+    parallel_for(change_.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Box at{fine_.vertices[i], fine_.vertices[i]};
+            octree_of_reaches.visit(at, [&](std::uint32_t box) {
+                if (reaches[box].meets(at)) {
+                    change_[i] = std::max(change_[i],
+                                          failures[box] >= failures_before_surrounding ? surrounding_changes : changes);
+                    is_locked_[i] |= failures[box] >= failures_before_locked;
+                }
+                return true;
+            });
+        }
+    });
 }
 
 /// Repeats the collapses that were done, but those of vertices that are done again, which are queued. Where a collapse

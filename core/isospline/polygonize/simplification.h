@@ -53,7 +53,7 @@ private:
     std::vector<glm::dvec3> world_; ///< positions of vertices and other samples, up to a translation
     std::vector<std::uint8_t> is_locked_;
     std::vector<Box> failed_;            ///< where the proof has failed
-    std::vector<std::uint8_t> failures_; ///< how often, for each of these boxes
+    std::vector<std::uint8_t> failures_; ///< how often before, for each of these boxes
     std::vector<std::uint8_t> change_;   ///< what redo() does with each vertex
     std::vector<Collapse> history_;
     std::optional<CollapsingMesh> state_;
