@@ -287,9 +287,13 @@ double FaceDistance<Degree>::piece_bound(const Corners& piece, FaceLabel label, 
         const bool is_small = length < 0.125 * reach;
         if (is_small || length < 0.5 * reach) {
             if (!finder_)
-                finder_ = std::make_unique<ClosestPointFinder>(field_.surface());
+                finder_ = std::make_unique<ClosestPointFinder>(field_.surface(),
+                                                               ClosestPointOptions{.tolerance = reach / 64.0});
             const glm::dmat4& to_world = field_.surface().volume().lattice_to_world();
-            const double distance = (*finder_)(transform_point(to_world, center)).distance;
+            const glm::dvec3 center_world = transform_point(to_world, center);
+            double distance = finder_->within(center_world, reach).distance;
+            if (!(distance <= reach))
+                distance = (*finder_)(center_world).distance;
             best = std::min(best, distance + farthest_from(center));
             if (best <= reach || is_small || distance > reach)
                 return best;
