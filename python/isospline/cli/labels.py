@@ -55,6 +55,8 @@ def given_labels(arguments, reading):
 
 def recognized_labels(data, arguments, reading, say):
     """The label map that was read as a volume, if it looks like one and no level was given; otherwise None."""
+    if arguments.level is not None:
+        refuse_with(arguments, ["label_smoothing"], "--level")
     may_be = arguments.level is None and isinstance(data, isospline.VolumeData)
     count = count_of_labels(data.data) if may_be else None
     if count is None:

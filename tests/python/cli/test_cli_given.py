@@ -18,7 +18,7 @@ DEPTH, PARALLEL = ("--layers", "depth", "-o", "a.exr"), ("--projection", "orthog
         ("--layers ambient_occlusion with it, got none", ("--ambient-occlusion-samples", "16")),
         ("--layers ambient_occlusion with it, got depth", ("--ambient-occlusion-samples", "16", *DEPTH)),
         ("--projection perspective with it, got orthographic", ("--field-of-view", "30", *PARALLEL)),
-        (r"a label map with it, got ball\.npy", ("--label-smoothing", "1.5")),
+        (r"none with --level, got 1\.5", ("--label-smoothing", "1.5")),
         (r"a store with it, got ball\.npy", ("--memory-limit", "4GB")),
         (r"a store with it, got ball\.npy", ("--exact",)),
         (r"none for ball\.npy, which has one array, got 'x'", ("--name", "x")),
