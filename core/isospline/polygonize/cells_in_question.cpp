@@ -5,11 +5,11 @@
 
 namespace isospline {
 
-ChosenCells::ChosenCells(const std::vector<Box>& boxes, double margin)
+ChosenCells::ChosenCells(const std::vector<Box>& boxes, double margin, const glm::ivec3& cell_shape)
 {
     for (const Box& box : boxes) {
         const glm::ivec3 first = glm::max(glm::ivec3(glm::floor(box.lower - margin)), 0);
-        const glm::ivec3 last = glm::max(glm::ivec3(glm::floor(box.upper + margin)), 0);
+        const glm::ivec3 last = glm::min(glm::ivec3(glm::floor(box.upper + margin)), cell_shape);
         glm::ivec3 brick;
         for (brick.z = first.z / brick_size * brick_size; brick.z <= last.z; brick.z += brick_size)
             for (brick.y = first.y / brick_size * brick_size; brick.y <= last.y; brick.y += brick_size)

@@ -21,8 +21,8 @@ using CellFilter = std::function<BrickCells(const glm::ivec3&)>;
 /// Cells of the grid.
 class ChosenCells {
 public:
-    /// The cells within a margin of boxes.
-    ChosenCells(const std::vector<Box>& boxes, double margin);
+    /// The cells within a margin of boxes, in a grid of this shape and one cell beyond its end.
+    ChosenCells(const std::vector<Box>& boxes, double margin, const glm::ivec3& cell_shape);
 
     /// Those of the brick with this first cell.
     BrickCells of_brick(const glm::ivec3& first) const

@@ -51,8 +51,8 @@ struct Collapse {
     std::uint32_t from, to;
 };
 
-/// Points of the surface are samples: all vertices that were removed, and others. Each is in the list of the face that
-/// is nearest to it. Samples are numbered as vertices are; others come behind these.
+/// Points of the surface are samples: all vertices that were removed, and others. Each is in the list of a face that is
+/// near to it. Samples are numbered as vertices are; others come behind these.
 ///
 /// The volume is divided into blocks. The inner vertices of a block are those whose faces have no vertex in another
 /// block. Collapses of inner vertices of different blocks do not read what the others change, so that threads do them

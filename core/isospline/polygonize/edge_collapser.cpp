@@ -227,7 +227,7 @@ std::vector<Collapse> EdgeCollapser<Degree>::run(const std::vector<std::uint32_t
         push(vertex);
     for (std::size_t steps = 0; !queue_.empty(); ++steps) {
         if (steps % 1024 == 0)
-            report(progress, static_cast<double>(done_.size()) / static_cast<double>(vertices.size()));
+            report(progress, std::min(1.0, static_cast<double>(done_.size()) / static_cast<double>(vertices.size())));
         const Candidate candidate = queue_.top();
         queue_.pop();
         if (candidate.stamp != mesh_.stamps[candidate.vertex])

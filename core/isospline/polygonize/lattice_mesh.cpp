@@ -177,7 +177,8 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
             const Progress of_round = part_of(of_lattice, begin, end);
             longest_edge *= 0.7;
             lattice.refine(boxes, longest_edge, of_round);
-            const ChosenCells around(boxes, 1.0 + reach), near(boxes, 1.0);
+            const glm::ivec3 shape = surface.volume().cell_shape();
+            const ChosenCells around(boxes, 1.0 + reach, shape), near(boxes, 1.0, shape);
             const LabeledMesh changed = lattice.mesh(
                 [&](const glm::ivec3& first) { return around.any_of_brick(first); }, part_of(of_round, 0.0, 0.5));
             boxes = lattice.far_boxes(

@@ -76,7 +76,7 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
                 const Box box = box_of(vertices_, proven.face);
                 boxes.push_back({box.lower - reach, box.upper + reach});
             }
-        changed.emplace(boxes, 0.0);
+        changed.emplace(boxes, 0.0, field_.surface().volume().cell_shape());
         filter = [&changed](const glm::ivec3& first) { return changed->of_brick(first); };
     }
     const double least_edge = least_edge_of(metric, tolerance_);
@@ -123,7 +123,8 @@ std::vector<Box> MeshProof<Degree>::failed(const LabeledMesh& mesh) const
             boxes.push_back(box_of(mesh.vertices, proven.face));
     for (const auto& [first, second] : crossings_) {
         const Box a = box_of(mesh.vertices, mesh.faces[first]), b = box_of(mesh.vertices, mesh.faces[second]);
-        boxes.push_back({glm::max(a.lower, b.lower), glm::min(a.upper, b.upper)});
+        const glm::dvec3 lower = glm::max(a.lower, b.lower), upper = glm::min(a.upper, b.upper);
+        boxes.push_back({glm::min(lower, upper), glm::max(lower, upper)}); // in lattice space, they may just not meet
     }
     return boxes;
 }

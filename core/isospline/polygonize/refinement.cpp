@@ -147,7 +147,7 @@ void TetrahedronMesher<Degree>::refine(const std::vector<Box>& boxes, double lon
     std::vector<std::uint32_t> touched;
     while (true) {
         parallel_for(
-            all.size(), 64,
+            all.size(), 4,
             [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = begin; i < end; ++i) {
                     auto& [number, cube] = *all[i];
@@ -158,7 +158,7 @@ void TetrahedronMesher<Degree>::refine(const std::vector<Box>& boxes, double lon
                             cube.is_fine[j] = !is_too_coarse(tetrahedra[j], longest_allowed, cube.boxes);
                 }
             },
-            progress ? [&](double) { return progress(0.0); } : Progress());
+            only_cancelling(progress));
         middles.clear();
         touched.clear();
         for (const auto* each : all)

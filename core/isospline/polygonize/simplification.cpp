@@ -29,6 +29,8 @@ constexpr double usual_spacing = 0.5;
 constexpr std::uint8_t changes = 1, surrounding_changes = 2;
 /// The part of the tolerance within which vertices change, by how often the proof has failed there before.
 constexpr double margins[] = {0.5, 0.5, 1.0, 4.0};
+/// Edges of the first mesh are at most a cell long.
+constexpr double largest_edge = 1.0;
 /// After this number of failures, all collapses that depend on those of these vertices are done again.
 constexpr std::size_t failures_before_surrounding = 1;
 /// After this number of failures, the vertices stay.
@@ -55,10 +57,10 @@ void Simplification<Degree>::run(const Progress& progress)
 }
 
 template <int Degree>
-void Simplification<Degree>::redo(const std::vector<Box>& boxes, const std::vector<Box>& samples,
-                                  const Progress& progress)
+void Simplification<Degree>::redo(const std::vector<Box>& boxes, std::uint8_t least_failures,
+                                  const std::vector<Box>& samples, const Progress& progress)
 {
-    choose_changes(boxes);
+    choose_changes(boxes, least_failures);
     for (const Box& box : samples)
         world_.push_back(metric_.to_world * box.center());
     state_.emplace(fine_, world_, is_locked_);
@@ -83,13 +85,13 @@ std::pair<LabeledMesh, std::vector<std::uint8_t>> Simplification<Degree>::mesh()
 
 /// Chooses what is done again, by how often the proof has failed near each box.
 template <int Degree>
-void Simplification<Degree>::choose_changes(const std::vector<Box>& boxes)
+void Simplification<Degree>::choose_changes(const std::vector<Box>& boxes, std::uint8_t least_failures)
 {
     const double tolerance = simplicity_.of_faces / metric_.shortest_edge;
     const FaceOctree octree = octree_of(failed_, 0.25 * tolerance);
     std::vector<std::uint8_t> failures; // before
     for (const Box& box : boxes) {
-        std::uint8_t most = 0;
+        std::uint8_t most = least_failures;
         const Box around{box.lower - tolerance, box.upper + tolerance};
         octree.visit(around, [&](std::uint32_t earlier) {
             if (failed_[earlier].meets(around))
@@ -103,7 +105,9 @@ void Simplification<Degree>::choose_changes(const std::vector<Box>& boxes)
 
     std::vector<Box> reaches;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const double margin = margins[failures[i]] * tolerance;
+        // At last, a vertex of the face is found.
+        const double least = failures[i] + 1 == std::size(margins) ? largest_edge : 0.0;
+        const double margin = std::max(margins[failures[i]] * tolerance, least);
         reaches.push_back({boxes[i].lower - margin, boxes[i].upper + margin});
     }
     const FaceOctree octree_of_reaches = octree_of(reaches, 0.25 * tolerance);
@@ -162,7 +166,7 @@ void Simplification<Degree>::repeat(const Progress& progress)
         is_queued[i] |= change_[i] == surrounding_changes;
 }
 
-/// Gives samples to the faces that are nearest to them: removed vertices around queued ones, and all other samples.
+/// Gives samples to faces that are near to them: removed vertices around queued ones, and all other samples.
 template <int Degree>
 void Simplification<Degree>::assign_samples(const Progress& progress)
 {

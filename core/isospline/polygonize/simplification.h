@@ -31,15 +31,17 @@ public:
 
     /// Collapses all edges that may be collapsed.
     void run(const Progress& progress);
-    /// Does so again near boxes in lattice space. The middles of `samples` become samples of the surface.
-    void redo(const std::vector<Box>& boxes, const std::vector<Box>& samples, const Progress& progress);
+    /// Does so again near boxes in lattice space, with the care for places where proofs have failed `least_failures`
+    /// times before, or more often. The middles of `samples` become samples of the surface.
+    void redo(const std::vector<Box>& boxes, std::uint8_t least_failures, const std::vector<Box>& samples,
+              const Progress& progress);
     /// For each vertex, whether it is not collapsed any more.
     const std::vector<std::uint8_t>& locked() const { return is_locked_; }
     /// The faces that are left, with all vertices of the first mesh, and for each face, whether it has changed.
     std::pair<LabeledMesh, std::vector<std::uint8_t>> mesh() const;
 
 private:
-    void choose_changes(const std::vector<Box>& boxes);
+    void choose_changes(const std::vector<Box>& boxes, std::uint8_t least_failures);
     void repeat(const Progress& progress);
     void assign_samples(const Progress& progress);
     void run_blocks(const Care& care, const Progress& progress);

@@ -55,9 +55,9 @@ public:
     void find_gaps(const Progress& progress);
 
     const MeshProof<Degree>& proof() const { return proof_; }
-    /// Boxes with surface that the fine mesh covers and the last one does not.
+    /// Boxes with surface that the last mesh does not cover, without the gaps that have been found.
     std::vector<Box> uncovered() const;
-    /// All for which the proof failed, but not for the fine mesh.
+    /// All for which the proof failed, without these gaps and faces of the fine mesh.
     std::vector<Box> failed(const LabeledMesh& mesh) const
     {
         std::vector<Box> boxes = proof_.failed(mesh), others = uncovered();
@@ -120,12 +120,14 @@ void PreservedMeshes<Degree>::examine(const LabeledMesh& mesh, const std::vector
 template <int Degree>
 void PreservedMeshes<Degree>::find_gaps(const Progress& progress)
 {
-    if (proof_.uncovered().empty())
+    const std::vector<Box> boxes = uncovered();
+    if (boxes.empty())
         return;
-    const ChosenCells cells(proof_.uncovered(), 0.0);
+    const ChosenCells cells(boxes, 0.0, field_.surface().volume().cell_shape());
     const double least = least_edge_of(LatticeMetric(field_.surface().volume().lattice_to_world()), tolerance_);
     const auto chosen = [&cells](const glm::ivec3& first) { return cells.of_brick(first); };
-    gaps_ = cover_surface<Degree>(field_, fine_, tolerance_, {least, 0.0}, chosen, progress).uncovered;
+    const Covering covering = cover_surface<Degree>(field_, fine_, tolerance_, {least, 0.0}, chosen, progress);
+    gaps_.insert(gaps_.end(), covering.uncovered.begin(), covering.uncovered.end());
 }
 
 template <int Degree>
@@ -195,7 +197,7 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
         };
         auto [mesh, has_changed] = simplification.mesh();
         meshes.prove(mesh, has_changed, attempt == most_attempts, part(0.0, 0.2));
-        if (attempt == 2)
+        if (attempt % 2 == 0)
             meshes.find_gaps(part(0.2, 0.25));
         const std::vector<Box> failed = meshes.failed(mesh);
         if (failed.empty() || attempt == most_attempts) {
@@ -207,7 +209,9 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
             const double missing = meshes.missing_volume(mesh, part(0.5, 1.0));
             return {std::move(mesh), std::move(feet), meshes.proof().distance(), meshes.proof().uncovered(), missing};
         }
-        simplification.redo(failed, meshes.uncovered(), part(0.25, 0.5));
+        // So that no place fails for the first time in the last attempt.
+        const int least_failures = std::max(0, attempt + 4 - most_attempts);
+        simplification.redo(failed, static_cast<std::uint8_t>(least_failures), meshes.uncovered(), part(0.25, 0.5));
         meshes.keep(simplification.locked());
     }
 }

@@ -27,14 +27,12 @@ public:
 
     const SolidPlanes& planes() const { return planes_; }
 
-    /// Marks a cube as refined; false if it already was.
-    bool refine(const glm::ivec3& cube)
+    /// Marks a cube as refined.
+    void refine(const glm::ivec3& cube)
     {
-        if (!refined_.insert(crossing_key(cube, 0)).second)
-            return false;
+        refined_.insert(crossing_key(cube, 0));
         for (int corner = 0; corner < 8; ++corner)
             near_refined_.insert(group_key(cube - 1 + 2 * glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2)));
-        return true;
     }
 
     /// The kind of the cube whose lower corner is a node.
