@@ -29,7 +29,7 @@ constexpr double usual_spacing = 0.5;
 constexpr std::uint8_t changes = 1, surrounding_changes = 2;
 /// The part of the tolerance within which vertices change, by how often the proof has failed there before.
 constexpr double margins[] = {0.5, 0.5, 1.0, 4.0};
-/// Edges of the first mesh are at most a cell long.
+/// A face of the first mesh is in one cell, so its vertices are within this of all its points, along each axis.
 constexpr double largest_edge = 1.0;
 /// After this number of failures, all collapses that depend on those of these vertices are done again.
 constexpr std::size_t failures_before_surrounding = 1;
@@ -105,7 +105,7 @@ void Simplification<Degree>::choose_changes(const std::vector<Box>& boxes, std::
 
     std::vector<Box> reaches;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-        // At last, a vertex of the face is found.
+        // At last, the vertices of a face are reached, however small the tolerance is.
         const double least = failures[i] + 1 == std::size(margins) ? largest_edge : 0.0;
         const double margin = std::max(margins[failures[i]] * tolerance, least);
         reaches.push_back({boxes[i].lower - margin, boxes[i].upper + margin});
