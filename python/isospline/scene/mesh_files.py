@@ -22,7 +22,7 @@ from ..io import isolated
 from ..io.checks import check_file, utf8
 from ..io.confinement import check_within
 from ..io.vtk import LIBRARIES, check_end, check_messages, messages
-from .gltf_colors import take_colors, with_renamed_colors
+from .gltf_parts import take_marked_parts, with_marked_parts
 from .mesh import Mesh
 from .mesh_guards import check_gmsh, check_stl
 from .mesh_references import check_entities, check_references, resolver_within
@@ -126,19 +126,21 @@ def load_trimesh(path, within):
     if path.suffix.lower() == ".3mf":
         three_mf.import_packages()
     file_type = path.suffix[1:].lower()
+    is_gltf = file_type in ("glb", "gltf")
     if file_type == "stl":
         check_stl(path)
     check_entities(path, within)
     resolver: Any = FilePathResolver(str(path)) if within is None else resolver_within(path, within)
     with open(path, "rb") as file:
-        source = io.BytesIO(with_renamed_colors(file.read())) if file_type in ("glb", "gltf") else file
+        source = io.BytesIO(with_marked_parts(file.read())) if is_gltf else file
         try:
             # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
             scene = trimesh.load_scene(source, file_type=file_type, resolver=resolver, process=False)
         finally:
             if within is not None and resolver.refused is not None:
                 raise resolver.refused
-    take_colors(scene)
+    if is_gltf:
+        take_marked_parts(scene)
     return _arrays_of_trimesh(path, scene)
 
 
