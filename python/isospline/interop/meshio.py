@@ -1,4 +1,4 @@
-"""Meshes of meshio, cut into triangles by VTK."""
+"""Meshes of meshio, whose surfaces VTK makes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Polygons, cut into triangles.
+"""Polygons and strips, cut into triangles.
 
 Libraries make fans of polygons that are not convex, whose triangles overlap; VTK drops polygons that are tiny, have a
 bridge to a hole, or are otherwise no simple ones.
@@ -39,10 +39,19 @@ def cut_polygons(points, sizes, corners):
     triangles = np.empty((counts.sum(), 3), np.int64)
     for size in np.unique(sizes[sizes > 2]):
         found = np.flatnonzero(sizes == size)
-        polygons = corners[begins[found, None] + np.arange(size)]
-        cuts = _cuts_of(_flattened(points[polygons])) if size > 3 else np.array([[(0, 1, 2)]])
-        triangles[places[found, None] + np.arange(size - 2)] = np.take_along_axis(polygons[:, None], cuts, axis=2)
+        for block in np.array_split(found, 1 + len(found) * size // _BLOCK):
+            polygons = corners[begins[block, None] + np.arange(size)]
+            cuts = _cuts_of(_flattened(points[polygons])) if size > 3 else np.array([[(0, 1, 2)]])
+            triangles[places[block, None] + np.arange(size - 2)] = np.take_along_axis(polygons[:, None], cuts, axis=2)
     return triangles
+
+
+def cut_strips(sizes, corners):
+    """The (F, 3) triangles of strips: each corner after the second makes one with the two before it."""
+    counts = np.maximum(np.asarray(sizes, np.int64) - 2, 0)
+    rows = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    first = np.repeat(np.cumsum(sizes) - sizes, counts) + rows
+    return np.asarray(corners, np.int64)[np.stack([first, first + 1 + rows % 2, first + 2 - rows % 2], axis=1)]
 
 
 def _flattened(polygons):
@@ -107,5 +116,5 @@ def _is_empty(ear, points):
     return not is_inside.any()
 
 
-# How many corners of a polygon are tried as the first ones of a fan.
-_BEGINS = 8
+# How many corners of a polygon are tried as the first ones of a fan, and how many are in memory at once.
+_BEGINS, _BLOCK = 8, 1 << 16

@@ -7,6 +7,7 @@ import numpy as np
 from ..base.parameters import check_type
 from ..io import vtk
 from .checks import attributes, errors_name, library_of, to_mesh, to_volume
+from .polygons import cut_polygons, cut_strips
 
 
 def volume_from_vtk(cls, image_data, scalars=None, **options):
@@ -125,21 +126,23 @@ def surface(grid):
 def triangles(poly_data):
     """The arrays of a surface: vertices, faces, normals, colours and values."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
     if poly_data.GetNumberOfPoints() == 0:
         return {"vertices": np.empty((0, 3)), "faces": np.empty((0, 3), int)}
-    cut = vtkTriangleFilter()
-    cut.PassVertsOff()
-    cut.PassLinesOff()
-    cut.SetInputData(poly_data)
-    cut.Update()
-    faces = vtk_to_numpy(cut.GetOutput().GetPolys().GetConnectivityArray())
-    vertices = vtk_to_numpy(cut.GetOutput().GetPoints().GetData())
-    data = cut.GetOutput().GetPointData()
+    vertices = _numbers(poly_data.GetPoints().GetData()).astype(float)
+    polygons = cut_polygons(vertices, *_sizes_and_indices(poly_data.GetPolys()))
+    faces = np.concatenate([polygons, cut_strips(*_sizes_and_indices(poly_data.GetStrips()))])
+    data = poly_data.GetPointData()
     normals = data.GetNormals()
     normals = None if normals is None or normals.GetNumberOfComponents() != 3 else vtk_to_numpy(normals)
-    return {"vertices": vertices, "faces": faces.reshape(-1, 3), **attributes(normals, _colors(data), _named(data))}
+    return {"vertices": vertices, "faces": faces, **attributes(normals, _colors(data), _named(data))}
+
+
+def _sizes_and_indices(cells):
+    """How many points each cell has, and their indices."""
+    if cells.GetNumberOfCells() == 0:
+        return np.zeros(0, int), np.zeros(0, int)
+    return np.diff(_numbers(cells.GetOffsetsArray())), _numbers(cells.GetConnectivityArray())
 
 
 def _colors(data):

@@ -27,7 +27,7 @@ class MeshConversions(_core.Mesh):
     def from_meshio(cls, mesh: object, **options: Any) -> Self:
         """Convert the faces of a meshio mesh or, if it has none, the surface of its solid cells.
 
-        VTK cuts quadrilaterals, polygons and curved faces into triangles. Lines and single points are left out. Normals
+        Quadrilaterals, polygons and curved faces are cut into triangles. Lines and single points are left out. Normals
         and colours of points are kept, with the names of `Mesh.to_meshio`, or of the properties of PLY. The first other
         array with one number a point is kept as values, with its name.
 
@@ -64,7 +64,7 @@ class MeshConversions(_core.Mesh):
     def from_pyvista(cls, mesh: object, **options: Any) -> Self:
         """Convert a surface of PyVista.
 
-        VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and
+        Polygons and strips are cut into triangles, in the order of the cells; triangles are not changed. Lines and
         single points are left out. Normals, colours and values of points are kept, as in `Mesh.from_vtk`.
 
         Parameters
@@ -131,7 +131,7 @@ class MeshConversions(_core.Mesh):
     def from_vtk(cls, mesh: object, **options: Any) -> Self:
         """Convert a surface of VTK.
 
-        VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and
+        Polygons and strips are cut into triangles, in the order of the cells; triangles are not changed. Lines and
         single points are left out. Normals of points are kept, and their colours: the active scalars or an array named
         colors, RGB or RGBA, of three or four numbers a point, sRGB in bytes or from 0 to 1. One array with one number a
         point is kept as values, with its name: the active scalars or, if they are something else, the first such array.

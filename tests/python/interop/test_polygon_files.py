@@ -9,6 +9,8 @@ import isospline
 from isospline.interop.polygons import cut_polygons
 
 ARROW = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)]
+FRAME = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (1, 1, 0), (1, 3, 0), (3, 3, 0), (3, 1, 0)]
+BRIDGED = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4]
 MIXED = [(0, 1, 2), (0, 1, 3, 4), (2, 3, 1)]
 BINARY = {"binary_little_endian": "<", "binary_big_endian": ">"}
 
@@ -161,11 +163,17 @@ def test_triangles_of_a_polygon_cover_it_once(rng):
 
 @pytest.mark.parametrize("begin", range(10))
 def test_polygons_may_have_a_bridge_to_a_hole(begin):
-    outside, hole = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], [(1, 1, 0), (1, 3, 0), (3, 3, 0), (3, 1, 0)]
-    points = np.array([*outside, *hole])
-    polygon = np.roll([0, 1, 2, 3, 0, 4, 5, 6, 7, 4], begin)
-    found = areas(points, cut_polygons(points, [10], polygon))
+    found = areas(FRAME, cut_polygons(np.array(FRAME), [10], np.roll(BRIDGED, begin)))
     assert found.sum() == 12 and (found > 0).all()
+
+
+@pytest.mark.parametrize("size", [1, 1e-9, 1e-200])
+def test_polygons_of_vtk_may_be_tiny_or_have_a_bridge_to_a_hole(size):
+    pyvista = pytest.importorskip("pyvista")
+    points = np.array(FRAME + ARROW)
+    mesh = isospline.Mesh.from_pyvista(pyvista.PolyData(size * points, faces=[10, *BRIDGED, 5, *range(8, 13)]))
+    found = areas(points, mesh.faces)
+    assert (len(found), found[:8].sum(), found[8:].sum()) == (11, 12, 2.5) and (found > 0).all()
 
 
 def test_polygons_without_an_inside_have_triangles_without_area():
