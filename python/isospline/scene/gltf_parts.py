@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ def _mark(part, accessors):
         return  # points and lines
     compressed = part.get("extensions", {}).get(_DRACO, {}).get("attributes", {})
     if compressed and "bufferView" not in accessors[attributes["POSITION"]]:
-        import DracoPy  # noqa: F401 - without it, trimesh makes all positions 0
+        import_module("DracoPy")  # without which trimesh makes all positions 0
     if mode == _FAN:
         part["mode"], attributes[f"{_PREFIX}FAN"] = _STRIP, attributes["POSITION"]
     if "indices" in part and "sparse" in accessors[part["indices"]]:

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -138,4 +139,14 @@ def test_what_is_not_known_is_refused(tmp_path, fields, part, said):
     tree.part({"POSITION": tree.array(POINTS[:3])}, **part)
     tree.array(np.array([0, 1, 2], "<u2"), sparse={})
     with pytest.raises(ValueError, match=rf"a\.gltf: .*{said}"):
+        isospline.read_mesh(tree.write(tmp_path / "a.gltf"))
+
+
+@pytest.mark.skipif(find_spec("DracoPy") is not None, reason="DracoPy is installed")
+def test_compressed_positions_need_a_package(tmp_path):
+    tree = Tree()
+    compressed = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    tree.part({"POSITION": tree.array(POINTS[:3])}, extensions=compressed)
+    del tree.accessors[0]["bufferView"]
+    with pytest.raises(ModuleNotFoundError, match=r"a\.gltf: read_mesh needs the package DracoPy"):
         isospline.read_mesh(tree.write(tmp_path / "a.gltf"))
