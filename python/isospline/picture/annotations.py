@@ -117,9 +117,7 @@ def _limits(rule, scene, camera):
     """The values of a rule's first and last colour."""
     if rule.limits is not None:
         return rule.limits
-    corners = np.stack(np.meshgrid(*np.transpose(scene.bounds)), axis=-1).reshape(-1, 3)
-    depths = corners @ camera.world_to_camera[2, :3] + camera.world_to_camera[2, 3]
-    return float(depths.min()), float(depths.max())
+    return _core._depth_range(camera, scene.bounds)
 
 
 def _title(rule, unit):

@@ -52,6 +52,23 @@ def test_the_colors_of_a_colour_bar(limits):
     np.testing.assert_allclose(image.to_srgb()[first, column, :3], 255 * linear_to_srgb(expected[0]), atol=0.51)
 
 
+@pytest.mark.parametrize("kind", ["perspective", "panorama", "eye in the box"])
+def test_the_bar_of_depth_has_the_limits_of_the_picture(kind):
+    scene, eye = isospline.Scene([sphere()]), np.array((11.5, 3.0, 11.5))
+    corners = np.stack(np.meshgrid(*scene.bounds.T), axis=-1).reshape(-1, 3)
+    if kind == "panorama":
+        camera, depths = isospline.PanoramicCamera(eye, (11.5, 11.5, 11.5)), np.linalg.norm(corners - eye, axis=1)
+    else:
+        eye[1] -= 30 if kind == "perspective" else 0
+        camera, depths = isospline.PerspectiveCamera(eye, (11.5, 11.5, 11.5)), np.maximum(corners[:, 1] - eye[1], 0)
+    options = {"size": SIZE, "background": "white", "annotate": ("colorbar",)}
+    shown, expected = (
+        isospline.render(scene, camera, color=isospline.ColorByDepth("viridis", limits=limits), **options)
+        for limits in (None, (depths.min(), depths.max()))
+    )
+    np.testing.assert_allclose(shown.color, expected.color, atol=1e-6)
+
+
 def test_every_color_rule_has_its_own_bar():
     scene = isospline.Scene([sphere(), mesh_sphere(3.0, 16)])
     looks = {0: isospline.Phong(color=RAMP), 1: isospline.Phong(color=isospline.ColorByDepth())}
