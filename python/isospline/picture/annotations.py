@@ -32,11 +32,15 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 Box = tuple[int, int, int, int]
 
 
+def has_scale(camera: Any) -> bool:
+    """Whether equal lengths at one depth have equal numbers of pixels; None is a camera that is made for the scene."""
+    return not isinstance(camera, PanoramicCamera) and getattr(camera, "distortion", None) is None
+
+
 def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
     """Check the names of marks before the work begins."""
     if isinstance(annotate, bool):
-        has_scale = not isinstance(camera, PanoramicCamera)
-        applies = {"scale_bar": has_scale, "colorbar": bool(color_rules(look))}
+        applies = {"scale_bar": has_scale(camera), "colorbar": bool(color_rules(look))}
         annotate = [name for name in ANNOTATIONS if annotate and applies[name]]
     check_type(annotate, "annotate", Iterable, "True or a sequence of names")
     names = (annotate,) if isinstance(annotate, str) else tuple(annotate)
@@ -44,8 +48,9 @@ def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -
         if name not in ANNOTATIONS:
             raise ValueError(f"annotate: expected some of {', '.join(ANNOTATIONS)}, got {name!r}")
     check_type(unit, "unit", (str, type(None)), "a str such as 'mm' or None")
-    if "scale_bar" in names and isinstance(camera, PanoramicCamera):
-        raise ValueError("annotate: scale_bar cannot be combined with a panorama, which has no scale")
+    if "scale_bar" in names and not has_scale(camera):
+        kind = "a panorama" if isinstance(camera, PanoramicCamera) else "a lens with distortion"
+        raise ValueError(f"annotate: scale_bar cannot be combined with {kind}, which has no scale")
     if "colorbar" in names and not color_rules(look):
         raise ValueError("annotate: expected a colour rule with a map, such as ColorByVolume, for colorbar")
     return names

@@ -15,6 +15,11 @@ SIZE = (320, 240)
 RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))
 
 
+DISTORTED = isospline.ProjectionPlaneCamera.from_opencv(
+    [(300, 0, 159.5), (0, 300, 119.5), (0, 0, 1)], (0, 0, 0), (-11.5, -11.5, 40), SIZE, distortion=[0.05, 0, 0, 0]
+)
+
+
 def test_marks_are_dark_on_bright_and_bright_on_dark():
     camera = isospline.camera_for(sphere(), size=SIZE)
     for background, ink in (("white", 0.015), ("black", 1.0)):
@@ -88,11 +93,24 @@ def test_ticks_are_round_and_few():
             dict(annotate=("scale_bar",), camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))),
             "^annotate: scale_bar cannot be combined with a panorama",
         ),
+        (
+            dict(annotate=("scale_bar",), camera=DISTORTED),
+            "^annotate: scale_bar cannot be combined with a lens with distortion, which has no scale$",
+        ),
     ],
 )
 def test_marks_that_make_no_sense(options, message):
     with pytest.raises(ValueError, match=message):
         isospline.render(sphere(), size=(16, 9), **options)
+
+
+@pytest.mark.parametrize("camera", [DISTORTED, isospline.PanoramicCamera((11.5, -30, 11.5), (11.5, 0, 11.5))])
+def test_cameras_without_a_scale_have_no_scale_bar(camera):
+    plain = isospline.render(sphere(), camera, size=SIZE, annotate=False)
+    assert plain.to_srgb()[..., 3].any()
+    for options in ({}, {"annotate": True}):
+        marked = isospline.render(sphere(), camera, size=SIZE, unit="mm", **options)
+        np.testing.assert_array_equal(marked.color, plain.color)
 
 
 def test_small_pictures_take_marks():
