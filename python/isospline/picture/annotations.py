@@ -95,7 +95,16 @@ def ticks(lower: float, upper: float, most: int = 6) -> list[float]:
     while math.floor(upper / step + 1e-9) - math.ceil(lower / step - 1e-9) + 1 > most:
         step = round_down(step * 2.5)
     first, last = math.ceil(lower / step - 1e-9), math.floor(upper / step + 1e-9)
-    return [round(number * step, 12) for number in range(first, last + 1)]
+    digits = round(1 - math.log10(step))  # after the point: at least as many as the step has
+    return sorted({round(number * step, digits) for number in range(first, last + 1)})
+
+
+def labels_of(values: list[float]) -> list[str]:
+    """Numbers as text, with six digits, or as many as any of them needs."""
+    labels = [f"{value:g}" for value in values]
+    if [float(label) for label in labels] == values:
+        return labels
+    return [str(value).removesuffix(".0") for value in values]
 
 
 def round_down(value):
@@ -182,7 +191,8 @@ class ColorBar:
     def __init__(self, size, rule, limits, unit):
         self._size, self._limits, self._cmap = size, limits, np.asarray(part(rule, "cmap"))
         font = font_for(size)
-        self._labels = [(value, f"{value:g}") for value in ticks(*limits)]
+        values = ticks(*limits)
+        self._labels = list(zip(values, labels_of(values)))
         self._thickness, self._length = max(6, round(0.025 * size[0])), round(0.6 * size[1])
         self._mark = max(2, self._thickness // 4)
         labels = max((text_width(font, text) for _, text in self._labels), default=0)

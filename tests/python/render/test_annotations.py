@@ -8,7 +8,7 @@ from spheres import mesh_sphere, sphere
 import isospline
 from isospline.base.values import part
 from isospline.colors import linear_to_srgb
-from isospline.picture.annotations import font_for, ticks
+from isospline.picture.annotations import font_for, labels_of, ticks
 from isospline.picture.cameras import camera_beside, cameras_around
 
 SIZE = (320, 240)
@@ -77,11 +77,28 @@ def test_a_path_traced_picture_has_marks():
 def test_ticks_are_round_and_few():
     assert ticks(0, 100) == [0, 20, 40, 60, 80, 100]
     assert ticks(-0.5, 0.5) == [-0.4, -0.2, 0, 0.2, 0.4]
+    assert ticks(0, 5e-13) == [0, 1e-13, 2e-13, 3e-13, 4e-13, 5e-13]
+    assert ticks(100000, 100001) == [100000, 100000.2, 100000.4, 100000.6, 100000.8, 100001]
     for lower, upper in np.random.default_rng(3).normal(size=(200, 2)) * 10.0 ** np.arange(-5, 5).repeat(20)[:, None]:
         found = ticks(lower, upper)
         assert 2 <= len(found) <= 6
         assert min(found) >= min(lower, upper) - 1e-9 * abs(upper - lower)
         assert max(found) <= max(lower, upper) + 1e-9 * abs(upper - lower)
+
+
+@pytest.mark.parametrize(
+    ("limits", "expected"),
+    [
+        ((0, 5e-13), "0 1e-13 2e-13 3e-13 4e-13 5e-13"),
+        ((101326, 101325), "101325 101325.2 101325.4 101325.6 101325.8 101326"),
+        ((1e6, 1e6 + 10), "1000000 1000002 1000004 1000006 1000008 1000010"),
+        ((1, 1 + 1e-15), "1 1.0000000000000007 1.000000000000001"),
+        ((0, 1e7), "0 2e+06 4e+06 6e+06 8e+06 1e+07"),
+        ((-0.5, 0.5), "-0.4 -0.2 0 0.2 0.4"),
+    ],
+)
+def test_the_labels_of_a_colour_bar_are_its_ticks(limits, expected):
+    assert " ".join(labels_of(ticks(*limits))) == expected
 
 
 @pytest.mark.parametrize(
