@@ -607,9 +607,15 @@ def test_time_series_and_flat_pictures_are_refused(tmp_path, rng):
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(series, isVector=False), tmp_path / "a.nrrd")
     tifffile.imwrite(tmp_path / "a.tif", series, imagej=True, metadata={"axes": "TZYX"})
     np.save(tmp_path / "a.npy", series)
-    for name in ("a.nii", "a.mha", "a.nrrd", "a.tif", "a.npy"):
+    for name in ("a.nii", "a.mha", "a.nrrd", "a.npy"):
         with pytest.raises(ValueError, match="expected three dimensions, got 4: 7 x 6 x 5 x 3"):
             read_volume(tmp_path / name)
+    tifffile.imwrite(tmp_path / "b.tif", series[:, 0], imagej=True, metadata={"axes": "TYX"})
+    tifffile.imwrite(tmp_path / "c.ome.tif", series[:, 0], metadata={"axes": "TYX"}, photometric="minisblack")
+    for name in ("a.tif", "b.tif", "c.ome.tif"):
+        for read in (read_volume, lambda path: isospline.convert(path, tmp_path / "a.zarr")):
+            with pytest.raises(ValueError, match=rf"{name}: .*one item along axis T, got 3 \(a time series\)"):
+                read(tmp_path / name)
 
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(series[0, 0]), tmp_path / "flat.mha")
     tifffile.imwrite(tmp_path / "flat.tif", series[0, 0])
