@@ -356,6 +356,20 @@ def test_legacy_vtk_is_placed_as_by_vtk(tmp_path, data, dtype, ascii):
     assert (volume.spacing, volume.origin) == (SPACING, ORIGIN)
 
 
+@pytest.mark.parametrize("name", ["a.vtk", "a.vti"])
+def test_vtk_s_arrays_of_bits_are_bytes(tmp_path, data, name):
+    from vtkmodules.vtkCommonCore import vtkBitArray
+
+    image, bits = vtk_image(data), vtkBitArray()
+    for bit in (data % 2).ravel().tolist():
+        bits.InsertNextValue(bit)
+    image.GetPointData().SetScalars(bits)
+    write_vtk(image, tmp_path / name)
+    volume = read_volume(tmp_path / name)
+    np.testing.assert_array_equal(volume.data, data % 2)
+    assert volume.data.dtype == np.uint8
+
+
 @directions
 @pytest.mark.parametrize(
     "setting",
