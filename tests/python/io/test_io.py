@@ -454,8 +454,13 @@ def test_raw_of_another_size_is_refused(tmp_path, data):
         read_volume(path)
     with pytest.raises(ValueError, match="dtype="):
         read_volume(path, shape=SHAPE)
-    with pytest.raises(ValueError, match="at least one sample"):
-        read_volume(path, shape=(0, 6, 7), dtype="int16")
+    for shape, expected in (
+        ((0, 6, 7), r"a whole number of at least 1, got 0"),
+        ((2.5, 6, 7), r"a whole number of at least 1, got 2\.5"),
+        (210, r"three whole numbers, \(nz, ny, nx\), got 210"),
+    ):
+        with pytest.raises((ValueError, TypeError), match=f"^shape: expected {expected}"):
+            read_volume(path, shape=shape, dtype="int16")
 
 
 # What was read becomes a model
