@@ -79,7 +79,7 @@ def read_environment(path: str | os.PathLike[str]) -> NDArray[np.float32]:
         raise ValueError(f"{name}: expected an image stored by rows, got one stored by columns")
     window = buffer.roi_full
     check_memory(4 * window.npixels * len(channels), f"{name}: {window.width} x {window.height} pixels")
-    pixels = OpenImageIO.ImageBufAlgo.reorient(buffer).get_pixels(OpenImageIO.FLOAT, window)
+    pixels: Any = OpenImageIO.ImageBufAlgo.reorient(buffer).get_pixels(OpenImageIO.FLOAT, window)
     image = pixels[..., [channels.index(channel) for channel in "RGB"]]
     if not np.isfinite(image).all():
         raise ValueError(f"{name}: expected finite numbers, got {image[~np.isfinite(image)][0]}")

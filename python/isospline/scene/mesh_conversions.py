@@ -47,7 +47,8 @@ class MeshConversions(_core.Mesh):
         TypeError
             If `mesh` is something else.
         ValueError
-            If it has neither faces nor solid cells, or a vertex that is not finite.
+            If it has neither faces nor solid cells, a vertex that is not finite, or a polygon that VTK cannot cut, as
+            where edges cross.
         ImportError
             If meshio or PyVista is not installed: ``pip install isospline[interop]``.
 
@@ -152,7 +153,7 @@ class MeshConversions(_core.Mesh):
         TypeError
             If `mesh` is something else.
         ValueError
-            If it has no faces, or a vertex that is not finite.
+            If it has no faces, a vertex that is not finite, or a polygon that VTK cannot cut, as where edges cross.
         ImportError
             If VTK is not installed: ``pip install isospline[io]``.
 
