@@ -58,6 +58,21 @@ def test_trimesh_scene_is_taken_over_in_place():
     assert volume(mesh) == pytest.approx(6 + 12)
 
 
+def test_normals_that_trimesh_computes_are_not_those_of_the_mesh(rng, tmp_path):
+    shape = trimesh.creation.icosphere(2)
+    computed = np.array(shape.vertex_normals)  # and kept by trimesh
+    assert isospline.Mesh.from_trimesh(shape).normals is None
+    assert isospline.Mesh.from_trimesh(trimesh.Scene([shape])).normals is None
+    mesh = isospline.Mesh.from_trimesh(shape, normals=computed)
+    mesh.write(tmp_path / "a.obj")
+    for each in (mesh, isospline.read_mesh(tmp_path / "a.obj")):
+        np.testing.assert_array_equal(each.normals, computed)
+    shape.apply_transform(trimesh.transformations.random_rotation_matrix(rng.random(3)))
+    assert isospline.Mesh.from_trimesh(shape).normals is None
+    shape.vertex_normals = computed
+    np.testing.assert_array_equal(isospline.Mesh.from_trimesh(shape).normals, computed)
+
+
 # PyVista and VTK
 
 
