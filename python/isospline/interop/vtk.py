@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..base.parameters import check_type
@@ -125,21 +127,68 @@ def surface(grid):
 def triangles(poly_data):
     """The arrays of a surface: vertices, faces, normals, colours and values."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
     if poly_data.GetNumberOfPoints() == 0:
         return {"vertices": np.empty((0, 3)), "faces": np.empty((0, 3), int)}
-    cut = vtkTriangleFilter()
-    cut.PassVertsOff()
-    cut.PassLinesOff()
-    cut.SetInputData(poly_data)
-    cut.Update()
-    faces = vtk_to_numpy(cut.GetOutput().GetPolys().GetConnectivityArray())
-    vertices = vtk_to_numpy(cut.GetOutput().GetPoints().GetData())
-    data = cut.GetOutput().GetPointData()
+    vertices, data = vtk_to_numpy(poly_data.GetPoints().GetData()), poly_data.GetPointData()
     normals = data.GetNormals()
     normals = None if normals is None or normals.GetNumberOfComponents() != 3 else vtk_to_numpy(normals)
-    return {"vertices": vertices, "faces": faces.reshape(-1, 3), **attributes(normals, _colors(data), _named(data))}
+    faces = _cut(poly_data, vertices)
+    return {"vertices": vertices, "faces": faces, **attributes(normals, _colors(data), _named(data))}
+
+
+def _cut(poly_data, points):
+    """The triangles of all polygons and strips, (F, 3) indices of points."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+
+    # At a size of about 1: tolerances of VTK are lengths. A power of two as the factor rounds nothing.
+    size = np.ptp(np.reshape(poly_data.GetBounds(), (3, 2)), axis=1).max()
+    points = np.ldexp(points.astype(float), -math.frexp(size)[1])
+    scaled, surface = vtkPoints(), vtkPolyData()
+    scaled.SetData(numpy_to_vtk(points, deep=True))
+    surface.SetPoints(scaled)
+    surface.SetPolys(poly_data.GetPolys())
+    surface.SetStrips(poly_data.GetStrips())
+    surface.GetCellData().AddArray(numpy_to_vtk(np.arange(surface.GetNumberOfCells()), deep=True))
+    cutting = vtkTriangleFilter()
+    cutting.SetInputData(surface)
+    cutting.Update()
+    found = cutting.GetOutput()
+    faces = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    sizes = [np.diff(_numbers(cells.GetOffsetsArray())) for cells in (surface.GetPolys(), surface.GetStrips())]
+    if len(faces) != np.maximum(np.concatenate(sizes) - 2, 0).sum():
+        _check_cut(points, surface.GetPolys(), faces, vtk_to_numpy(found.GetCellData().GetArray(0)))
+    return faces
+
+
+def _check_cut(points, polygons, faces, owners):
+    """Check that faces have the areas of the polygons that own them: VTK leaves out what it cannot cut.
+
+    Areas are vectors, whose sum is the same however a polygon is cut. Faces without an area may be missing.
+    """
+    indices, offsets = _numbers(polygons.GetConnectivityArray()), _numbers(polygons.GetOffsetsArray())
+    sizes = np.diff(offsets)
+    found = np.bincount(owners, minlength=len(sizes))[: len(sizes)]
+    ends = np.cumsum(found)
+    for polygon in np.flatnonzero(found < sizes - 2):
+        corners = points[indices[offsets[polygon] : offsets[polygon + 1]]]
+        parts = points[faces[ends[polygon] - found[polygon] : ends[polygon]]]
+        with np.errstate(invalid="ignore"):  # of points that are not finite, which meshes refuse
+            lost = np.linalg.norm(_areas(corners) - _areas(parts).sum(axis=0))
+        if lost > 1e-6 * np.ptp(corners, axis=0).max() ** 2:
+            raise ValueError(
+                f"expected polygons that VTK can cut into triangles, got polygon {polygon} with {len(corners)} edges, "
+                f"which cross or meet"
+            )
+
+
+def _areas(corners):
+    """The areas of polygons (..., N, 3) as vectors."""
+    spokes = corners - corners[..., :1, :]
+    return np.cross(spokes[..., :-1, :], spokes[..., 1:, :]).sum(axis=-2) / 2
 
 
 def _colors(data):

@@ -47,7 +47,8 @@ class MeshConversions(_core.Mesh):
         TypeError
             If `mesh` is something else.
         ValueError
-            If it has neither faces nor solid cells, or a vertex that is not finite.
+            If it has neither faces nor solid cells, a vertex that is not finite, or a polygon that VTK cannot cut, as
+            where edges cross.
         ImportError
             If meshio or PyVista is not installed: ``pip install isospline[interop]``.
 
@@ -95,9 +96,10 @@ class MeshConversions(_core.Mesh):
     def from_trimesh(cls, mesh: object, **options: Any) -> Self:
         """Convert a trimesh mesh, without changes of vertices and faces.
 
-        Vertex normals that the mesh has (not those that trimesh computes) and colours of vertices are kept. So are,
-        with their name, the first of the ``vertex_attributes``, or of the further properties of a PLY file, with one
-        number a vertex: the values. For a scene, attributes are kept that all its meshes have.
+        Vertex normals that were given to the mesh are kept, and those equal to what trimesh computes are not: pass
+        ``normals=mesh.vertex_normals`` for them. Colours of vertices are kept. So are, with their name, the first of
+        the ``vertex_attributes``, or of the further properties of a PLY file, with one number a vertex: the values. For
+        a scene, attributes are kept that all its meshes have.
 
         Parameters
         ----------
@@ -152,7 +154,7 @@ class MeshConversions(_core.Mesh):
         TypeError
             If `mesh` is something else.
         ValueError
-            If it has no faces, or a vertex that is not finite.
+            If it has no faces, a vertex that is not finite, or a polygon that VTK cannot cut, as where edges cross.
         ImportError
             If VTK is not installed: ``pip install isospline[io]``.
 

@@ -75,6 +75,9 @@ def test_a_series_continues_after_an_interruption(steps, tmp_path):
     check(isospline.convert(steps, path, overwrite=True), steps)
     with pytest.raises(ValueError, match=r"expected one volume, got a time series of 3: open .*series\.zarr/t/0"):
         isospline.open_volume(path)
+    with pytest.raises(ValueError, match=r"series\.zarr: .*got the store of a time series: give a list of its steps"):
+        isospline.convert(path, tmp_path / "copy.zarr")
+    check(isospline.convert(time_steps(path), tmp_path / "copy.zarr"), steps)
     text = (path / "zarr.json").read_text(encoding="utf-8")
     (path / "zarr.json").write_text(text.replace("t/1", "../a"), encoding="utf-8")
     with pytest.raises(ValueError, match=r"series\.zarr: time_steps: expected t/0, t/1"):
