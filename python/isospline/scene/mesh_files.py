@@ -24,9 +24,11 @@ from ..io.confinement import check_within
 from ..io.vtk import LIBRARIES, check_end, check_messages, messages
 from .gltf_colors import take_colors, with_renamed_colors
 from .mesh import Mesh
-from .mesh_guards import check_before, check_gmsh
+from .mesh_guards import check_gmsh, check_stl
 from .mesh_references import check_entities, check_references, resolver_within
-from .obj_indices import absolute_indices
+from .obj_files import read_obj
+from .off_files import read_off
+from .ply_files import read_ply
 
 
 @explained
@@ -36,25 +38,26 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     ==========================================================  =======================================  =========
     suffix                                                      format                                   read by
     ==========================================================  =======================================  =========
-    ``.stl``, ``.ply``, ``.obj``, ``.off``, ``.glb``,           STL, PLY, Wavefront, OFF, glTF,          trimesh
-    ``.gltf``, ``.3mf``, ``.dae``                               3MF, COLLADA
+    ``.ply``, ``.obj``, ``.off``                                PLY, Wavefront, OFF                      isospline
+    ``.stl``, ``.glb``, ``.gltf``, ``.3mf``, ``.dae``           STL, glTF, 3MF, COLLADA                  trimesh
     ``.vtk``, ``.vtp``, ``.vtu``                                VTK surfaces and grids                   VTK
     ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      formats of meshers and finite elements   meshio
     ==========================================================  =======================================  =========
 
     Normals and colours of vertices are kept. One array with one number a vertex is kept as `Mesh.values`, with its
     name: the active scalars of VTK's formats, or the first such array of others. Faces keep the order of the file.
-    Faces of more than three corners are cut into triangles. In STL, corners with equal positions become one vertex; in
-    other formats, vertices are not merged. If a file has solid cells and no faces, their surface is used. Coordinates
-    are those of the file, plus the offset that `Mesh.write` notes in the header of an STL file far from the origin. A
-    process of its own reads the file, with limits on memory and time.
+    Faces of more than three corners are cut into triangles; they need not be convex. In STL, corners with equal
+    positions become one vertex; in other formats, vertices are not merged. If a file has solid cells and no faces,
+    their surface is used. Coordinates are those of the file, plus the offset that `Mesh.write` notes in the header of
+    an STL file far from the origin. Materials and textures of OBJ and PLY are not opened. A process of its own reads
+    the file, with limits on memory and time.
 
     Parameters
     ----------
     path : str or path-like
         A file; its suffix determines the format.
     within : str or path-like, optional
-        A folder. The path, and every file that it refers to, such as buffers of glTF, must be in this folder after
+        A folder. The path, and every file that is read with it, such as buffers of glTF, must be in this folder after
         symbolic links are resolved. Set it for files from others, which may name any file of yours. Formats based on
         HDF5 and formats of several files are then refused. By default, a file may refer to any file.
     **options
@@ -122,13 +125,13 @@ def load_trimesh(path, within):
     path = Path(path)
     if path.suffix.lower() == ".3mf":
         three_mf.import_packages()
-    check_before(path)
-    check_entities(path, within)
     file_type = path.suffix[1:].lower()
+    if file_type == "stl":
+        check_stl(path)
+    check_entities(path, within)
     resolver: Any = FilePathResolver(str(path)) if within is None else resolver_within(path, within)
     with open(path, "rb") as file:
-        mend = _MENDS.get(file_type)
-        source = file if mend is None else io.BytesIO(mend(file.read()))
+        source = io.BytesIO(with_renamed_colors(file.read())) if file_type in ("glb", "gltf") else file
         try:
             # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
             scene = trimesh.load_scene(source, file_type=file_type, resolver=resolver, process=False)
@@ -151,6 +154,14 @@ def _arrays_of_trimesh(path, scene):
     if suffix in (".glb", ".gltf") and mesh.colors is not None:
         arrays["colors"] = linear_to_srgb(mesh.colors)  # those of glTF are linear
     return arrays
+
+
+def load_polygons(path, within):
+    """Read a file of polygons; what it refers to, such as materials, is not read."""
+    del within
+    path = Path(path)
+    readers = {".obj": read_obj, ".off": read_off, ".ply": read_ply}
+    return _arrays(readers[path.suffix.lower()](path))
 
 
 def load_vtk(path, within):
@@ -212,14 +223,12 @@ def _arrays(mesh):
     return {name: array for name, array in arrays.items() if array is not None}
 
 
-# What trimesh would misread is written otherwise before it reads it.
-_MENDS = {"obj": absolute_indices, "glb": with_renamed_colors, "gltf": with_renamed_colors}
-
 #: Suffixes of files that hold meshes where others hold volumes.
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
 #: The functions of formats by their suffix, and the packages that they need.
 _READERS = {
-    **dict.fromkeys((".3mf", ".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), ("load_trimesh", "trimesh")),
+    **dict.fromkeys((".obj", ".off", ".ply"), ("load_polygons", "")),
+    **dict.fromkeys((".3mf", ".dae", ".glb", ".gltf", ".stl"), ("load_trimesh", "trimesh")),
     **dict.fromkeys((".vtk", ".vtp", ".vtu"), ("load_vtk", f"{LIBRARIES} vtkmodules.vtkFiltersGeometry")),
 }
 _MESHIO = ("load_meshio", "meshio pyvista")

@@ -5,7 +5,6 @@ import pytest
 
 import isospline
 
-pytest.importorskip("trimesh")
 pyvista = pytest.importorskip("pyvista")
 
 RELATIVE = """v 0 0 0
@@ -62,6 +61,46 @@ def test_normals_of_negative_indices_are_those_before_the_face(tmp_path):
 def test_negative_indices_before_the_first_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"a\.obj: .*expected an index of one of the 3 v before the face, got -4"):
         corners_of(tmp_path, RELATIVE.replace("f -3", "f -4", 1))
+
+
+@pytest.mark.parametrize(
+    "vertex, face",
+    [
+        ("v 1 0 0", "f 1 3 4 # a comment"),
+        ("  v 1 0 0", "\tf 1 3 4"),
+        ("v\t1 0\t0", "f\t1 3  4 "),
+        ("v 1 \\\n0 0", "f 1 3\\\r\n4"),
+        ("v 1 0 0 1", "fo 1 3 4"),
+        ("v 1 0 0\nusemtl b", "usemtl a\nf 1 3 4\nusemtl b"),
+    ],
+)
+def test_lines_have_words_between_any_blanks(tmp_path, vertex, face):
+    text = f"\ufeffmtllib m.mtl\nv 0 0 0\n{vertex}\nv 1 1 0\nv 0 1 0\nf 1 2 3\n{face}\nf 4 3 2\n"
+    found = corners_of(tmp_path, text)
+    points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    np.testing.assert_array_equal(found, points[[(0, 1, 2), (0, 2, 3), (3, 2, 1)]])
+
+
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        ("f 0 1 2", "expected indices of v that are not 0"),
+        ("f 1 2 4", "expected an index of one of the 3 v, got 4"),
+        ("f 1//1 2//1 3//2", "expected an index of one of the 1 vn, got 2"),
+        ("f 1 2 x", "expected numbers of a face, got '1 2 x'"),
+        ("v 1 2", "expected at least 3 numbers of a vertex, got '1 2'"),
+    ],
+)
+def test_wrong_lines_are_refused(tmp_path, line, said):
+    with pytest.raises(ValueError, match=rf"a\.obj: .*{said}"):
+        corners_of(tmp_path, f"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n{line}\nf 1 2 3\n")
+
+
+def test_colors_of_vertices_are_read_beside_materials(tmp_path):
+    points = "v 0 0 0 {0} 0 0\nv 1 0 0 0 {0} 0\nv 1 1 0 0 0 {0}\n"
+    for most in (1, 255):
+        (tmp_path / "a.obj").write_text(points.format(most) + "usemtl a\nf 1/ 2/ 3/\n", encoding="utf-8")
+        np.testing.assert_array_equal(isospline.read_mesh(tmp_path / "a.obj").colors, np.eye(3))
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
