@@ -151,7 +151,8 @@ def _write_glb(mesh, path, offset):
     scene = trimesh.Scene()
     scene.add_geometry(converted, transform=place)
     with open(path, "wb") as file:
-        file.write(scene.export(file_type="glb", include_normals=True, tree_postprocessor=_name_colors))
+        has_normals = mesh.normals is not None  # trimesh would make some up, and the faces would look round
+        file.write(scene.export(file_type="glb", include_normals=has_normals, tree_postprocessor=_name_colors))
 
 
 def _name_colors(tree):
@@ -168,12 +169,13 @@ def _write_3mf(mesh, path, unit):
 
 def _write_obj(mesh, path):
     # trimesh writes a number of decimal places, which lose small numbers; repr has the digits that keep each.
-    normals = mesh.to_trimesh().vertex_normals  # its own, or those of its faces
     points = mesh.vertices if mesh.colors is None else np.hstack([mesh.vertices, _srgb_colors(mesh) / 255])
+    normals = np.empty((0, 3)) if mesh.normals is None else mesh.normals
+    corner = ("{0}" if mesh.normals is None else "{0}//{0}").format
     with open(path, "w", encoding="ascii") as file:
-        for word, rows in (("v", points), ("vn", np.asarray(normals))):
+        for word, rows in (("v", points), ("vn", normals)):
             file.writelines(f"{word} {' '.join(map(repr, row))}\n" for row in rows.tolist())
-        file.writelines(f"f {a}//{a} {b}//{b} {c}//{c}\n" for a, b, c in (mesh.faces.astype(np.int64) + 1).tolist())
+        file.writelines(f"f {' '.join(map(corner, row))}\n" for row in (mesh.faces.astype(np.int64) + 1).tolist())
 
 
 def _write_ply(mesh, path):

@@ -244,15 +244,16 @@ class MeshConversions(_core.Mesh):
         ========  =====================================================================  =========
         ``.stl``  binary; the corners of each face in float32, nothing else              trimesh
         ``.ply``  binary; vertices, faces, normals and values in float64, 8-bit colours  meshio
-        ``.obj``  text; vertices, faces, normals and colours, 16 significant digits      trimesh
+        ``.obj``  text; vertices, faces, normals and colours, 16 significant digits      isospline
         ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits     trimesh
         ``.3mf``  compressed, for printers; vertices and faces, and the unit             trimesh
         ========  =====================================================================  =========
 
-        STL and glTF hold vertices in float32. Far from the origin, for instance in UTM coordinates, float32 cannot hold
-        the detail of a mesh. Vertices are then written relative to an offset near the mesh. In glTF, the offset is the
-        translation of the mesh's node, in float64, which readers add. In STL, only the 80 bytes of the header have room
-        for it: a warning names the offset, `read_mesh` adds it, and other programs show the mesh near the origin.
+        Normals are written if the mesh has them. STL and glTF hold vertices in float32. Far from the origin, for
+        instance in UTM coordinates, float32 cannot hold the detail of a mesh. Vertices are then written relative to an
+        offset near the mesh. In glTF, the offset is the translation of the mesh's node, in float64, which readers add.
+        In STL, only the 80 bytes of the header have room for it: a warning names the offset, `read_mesh` adds it, and
+        other programs show the mesh near the origin.
 
         Parameters
         ----------

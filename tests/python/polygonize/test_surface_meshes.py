@@ -309,6 +309,10 @@ def test_normals_are_in_files_that_have_them(ball, tmp_path):
     mesh.write(tmp_path / "ball.glb")
     glb = (tmp_path / "ball.glb").read_bytes()
     assert b'"NORMAL"' in glb and mesh.normals.astype("<f4").tobytes() in glb
+    for suffix in (".obj", ".glb", ".ply"):
+        faceted = isospline.Mesh(mesh.vertices, mesh.faces)
+        faceted.write(tmp_path / f"faceted{suffix}")
+        assert isospline.read_mesh(tmp_path / f"faceted{suffix}").normals is None
 
 
 def test_colors_go_to_files_and_libraries(tmp_path):
