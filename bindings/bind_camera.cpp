@@ -60,6 +60,14 @@ glm::dmat4 world_to_ndc(const Camera& camera, Size size)
     return *matrix;
 }
 
+/// The depths of a box (2, 3) between which ColorByDepth has its colours by default.
+py::tuple depth_range(const Camera& camera, const py::object& bounds)
+{
+    const RowArray corners(bounds, "bounds", 3);
+    const glm::dvec2 range = Projection(camera, glm::ivec2(1)).depth_range({corners.vector(0), corners.vector(1)});
+    return py::make_tuple(range.x, range.y);
+}
+
 /// The directions of the rays through the upper and the lower left corner of the image.
 py::tuple left_corners(const Camera& camera, Size size)
 {
@@ -182,6 +190,7 @@ void bind_camera(py::module_& module)
         "_world_to_camera", [](const Camera& given) { return Projection(given, glm::ivec2(1)).world_to_camera(); },
         camera);
     module.def("_world_to_ndc", &world_to_ndc, camera, size);
+    module.def("_depth_range", &depth_range, camera, py::arg("bounds"));
     module.def("_left_corners", &left_corners, camera, size);
     module.def(
         "_distortion", [](const py::object& given) { return written(as_distortion(given)); }, py::arg("given"));

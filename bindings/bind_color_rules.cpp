@@ -205,8 +205,8 @@ py::object rule_in_python(const ColorByDistance& rule)
 {
     const auto index =
         std::const_pointer_cast<SceneDistance>(std::dynamic_pointer_cast<const SceneDistance>(rule.distance));
-    return made(handed("ColorByDistance").attr("_with"), rule, index, "other"_a = index->scene(),
-                "signed"_a = index->is_signed(), "label"_a = rule.label);
+    return made(handed("ColorByDistance").attr("_with"), rule, index, "signed"_a = index->is_signed(),
+                "label"_a = rule.label);
 }
 
 py::object rule_in_python(const ColorByValue& rule)
@@ -292,7 +292,8 @@ py::object to_python(const Color& color)
 void bind_color_rules(py::module_& module)
 {
     py::class_<SceneDistance, std::shared_ptr<SceneDistance>>(module, "_DistanceIndex")
-        .def(py::init(&index_distances), py::arg("other"), py::arg("signed"), py::arg("largest"));
+        .def(py::init(&index_distances), py::arg("other"), py::arg("signed"), py::arg("largest"))
+        .def_property_readonly("scene", &SceneDistance::scene);
     py::class_<SurfaceThickness, std::shared_ptr<SurfaceThickness>>(module, "_ThicknessIndex")
         .def(py::init(&index_thickness), py::arg("method"), py::arg("ripple"), py::arg("surface"), py::arg("transform"))
         .def_property_readonly("surface", &SurfaceThickness::copied_surface);

@@ -11,8 +11,12 @@ if(ISOSPLINE_SANITIZE)
   set(sanitizer_options -fsanitize=${ISOSPLINE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_compile_options(isospline_sanitizers INTERFACE ${sanitizer_options})
   target_link_options(isospline_sanitizers INTERFACE ${sanitizer_options})
-  # Code that sanitizers insert between a value and its use causes false warnings of GCC.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(isospline_sanitizers INTERFACE -Wno-maybe-uninitialized)
+    # Code that sanitizers insert between a value and its use causes false warnings. Where memory is checked by calls and
+    # values of variables are not tracked, code for SIMD lanes compiles in a fifth of the time.
+    target_compile_options(isospline_sanitizers INTERFACE -Wno-maybe-uninitialized -fno-var-tracking)
+    if(ISOSPLINE_SANITIZE MATCHES "address")
+      target_compile_options(isospline_sanitizers INTERFACE --param=asan-instrumentation-with-call-threshold=0)
+    endif()
   endif()
 endif()

@@ -30,6 +30,7 @@ from . import (
     points,
     prefilter,
     primary,
+    revisions,
     store,
     view,
 )
@@ -41,6 +42,7 @@ ROWS = {
         packets,
         incoherent,
         growth,
+        revisions,
         mitsuba,
         level,
         frame,
@@ -66,4 +68,4 @@ ROWS = {
 }
 
 #: Rows that run only if they are named.
-ON_DEMAND = {"large", "store"}
+ON_DEMAND = {"large", "store", "revisions"}

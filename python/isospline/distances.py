@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .base.parameters import check_seed
+from .base.parameters import check_seed, check_type, flag, number, optional, whole_number
 from .base.results import Measurement, SurfaceDistance
 from .base.signatures import explained
 from .farthest import largest_distance, largest_distance_of_mesh
@@ -79,14 +79,17 @@ def surface_distance(
     >>> round(inside.mean.value, 3), inside.quantiles.round(3)
     (-0.2, array([0.2, 0.2, 0.2]))
     """
-    if not isinstance(surface, (Isosurface, Mesh)):
-        raise TypeError(f"surface: expected an Isosurface or a Mesh, got {type(surface).__name__}")
+    _check_surface(surface, "surface")
+    check_type(other, "other", (Isosurface, Mesh, Scene), "an Isosurface, a Mesh or a Scene")
+    samples = whole_number(samples, "samples")
     if samples < 2:
         raise ValueError(f"samples: expected at least 2, got {samples}")
     check_seed(seed)
-    target = _target(other)
+    tolerance = optional(number, tolerance, "tolerance")
     if tolerance is not None and not (tolerance > 0 and math.isfinite(tolerance)):
-        raise ValueError(f"tolerance: expected a finite number above 0, got {tolerance}")
+        raise ValueError(f"tolerance: expected a finite number above 0, got {tolerance:g}")
+    signed = flag(signed, "signed")
+    target = Scene([other]) if isinstance(other, Mesh) else other
     if isinstance(surface, Mesh):
         points, bounds = _points_of_mesh(surface, samples, seed), largest_distance_of_mesh
     else:
@@ -148,17 +151,18 @@ def hausdorff_distance(
     >>> lower <= 0.201 and 0.199 <= upper <= 0.23
     True
     """
+    _check_surface(surface, "surface")
+    _check_surface(other, "other")
     there = surface_distance(surface, other, tolerance=tolerance).maximum
     back = surface_distance(other, surface, tolerance=tolerance).maximum
     return max(there[0], back[0]), max(there[1], back[1])
 
 
-def _target(other):
-    if isinstance(other, (Isosurface, Scene)):
-        return other
-    if isinstance(other, Mesh):
-        return Scene([other])
-    raise TypeError(f"other: expected an Isosurface, a Mesh or a Scene, got {type(other).__name__}")
+def _check_surface(surface, parameter):
+    """Check that points can be sampled from a mesh; isosurfaces without points raise an error of their own."""
+    check_type(surface, parameter, (Isosurface, Mesh), "an Isosurface or a Mesh")
+    if isinstance(surface, Mesh) and not _face_areas(surface).any():
+        raise ValueError(f"{parameter}: expected a surface with points to sample, got a mesh without area")
 
 
 def _default_tolerance(surface, other, largest):
@@ -171,14 +175,15 @@ def _default_tolerance(surface, other, largest):
 
 def _points_of_mesh(mesh, count, seed):
     """Random points of a mesh, uniform by area."""
-    corners = mesh.vertices[mesh.faces]
-    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    until = np.cumsum(areas)
-    if not (len(until) > 0 and until[-1] > 0):
-        raise ValueError("surface: expected a surface with points to sample, got a mesh without area")
+    until = np.cumsum(_face_areas(mesh))
     random = np.random.default_rng(seed)
     faces = np.minimum(np.searchsorted(until, random.uniform(0, until[-1], count), side="right"), len(until) - 1)
     u, v = random.uniform(size=(2, count, 1))
     u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
-    a, b, c = corners[faces].transpose(1, 0, 2)
+    a, b, c = mesh.vertices[mesh.faces[faces]].transpose(1, 0, 2)
     return a + u * (b - a) + v * (c - a)
+
+
+def _face_areas(mesh):
+    a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)

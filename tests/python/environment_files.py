@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 
-def write_exr(path, channels):
+def write_exr(path, channels, **attributes):
     """By the reference library; channels by their names."""
     OpenEXR = pytest.importorskip("OpenEXR")
-    header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
+    header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION, **attributes}
     with OpenEXR.File(header, {name: np.ascontiguousarray(each) for name, each in channels.items()}) as file:
         file.write(str(path))
 

@@ -49,6 +49,7 @@ public:
     glm::ivec2 size() const { return size_; }
     /// Whether rays start at different points of a lens.
     bool has_lens() const { return aperture_radius_ > 0.0; }
+    const glm::dvec3& eye() const { return eye_; }
     /// Camera-space z of a point: its distance from the eye along the viewing direction; in a panorama, its distance.
     double depth(const glm::dvec3& position) const;
     /// The range of depths of a box, from its nearest corner in front of the camera to the farthest.

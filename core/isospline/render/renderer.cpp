@@ -54,6 +54,7 @@ public:
           window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
           tone_(options.tone), shadow_rays_(options.shadow_rays), step_(checked_step(options.step)),
+          position_origin_(options.positions_from_eye ? projection_.eye() : glm::dvec3(0.0)),
           tiles_(window_.size, options.mask, step_, glm::ivec2((step_ - window_.first % step_) % step_)),
           fragments_(fragments), images_(given.begin(), given.end())
     {
@@ -138,7 +139,8 @@ private:
     std::optional<ToneCurve> tone_;
     ShadowRays shadow_rays_;
     int step_;
-    Tiles tiles_; ///< of the window
+    glm::dvec3 position_origin_; ///< of the layer
+    Tiles tiles_;                ///< of the window
     Fragments* fragments_;
     std::vector<Image> new_images_;
     std::vector<Image*> images_;              ///< in each look
@@ -312,7 +314,7 @@ void Renderer::store_layers(std::size_t pixel, const Hit& hit, const Ray& ray)
     if (layers_.depth)
         image.depth[pixel] = static_cast<float>(point.depth);
     if (layers_.position)
-        image.position[pixel] = glm::vec3(point.position);
+        image.position[pixel] = glm::vec3(point.position - position_origin_);
     if (layers_.normal)
         image.normal[pixel] = glm::vec3(point.normal);
     if (layers_.albedo)

@@ -48,6 +48,7 @@ struct RenderOptions : Look {
     /// Only pixels whose columns and rows in the whole picture are multiples of this are rendered.
     int step = 1;
     ShadowRays shadow_rays = ShadowRays::by_weight;
+    bool positions_from_eye = false; ///< whether Image::position is relative to the eye: precise far from the origin
 };
 
 /// The first hits of a picture's rays: all samples of a pixel one after the other, pixels row by row. The nearest

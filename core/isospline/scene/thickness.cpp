@@ -43,6 +43,12 @@ double shrunk_radius(ClosestPointFinder& find, const ClosestPoint& at, double ra
     return radius;
 }
 
+/// A point of the surface that was nearest to the centre of a ball.
+struct Touched {
+    ClosestPoint point;
+    bool was_met; ///< the centre was on the surface there, or beyond it
+};
+
 /// Whether a place is in the solid, given the nearest point of the surface.
 bool is_behind(const glm::dvec3& place, const ClosestPoint& nearest)
 {
@@ -51,7 +57,7 @@ bool is_behind(const glm::dvec3& place, const ClosestPoint& nearest)
 
 /// The centre of a larger ball, and its radius if no points of the surface are nearer than `touched`. `step` bounds the
 /// change of each coordinate.
-Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<ClosestPoint>& touched, double gap, double step,
+Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<Touched>& touched, double gap, double step,
            double precision, const Box& bounds)
 {
     // The variables are the change of the centre and the new radius, in this unit.
@@ -61,12 +67,19 @@ Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<ClosestP
     const double away = glm::length(from_point);
     const glm::dvec3 direction = away > 0.0 ? from_point / away : glm::dvec3(0.0);
     constraints.push_back({{direction.x, direction.y, direction.z, -1.0}, (gap - away) / unit});
-    for (const ClosestPoint& other : touched) {
+    for (const auto& [other, was_met] : touched) {
         // |center - other| is convex, so its tangent plane is below it.
         const glm::dvec3 from_other = ball.center - other.position;
-        const double distance = glm::length(from_other);
-        // A centre on the surface moves inwards. Within the precision of nearest points, their directions are unknown.
-        const glm::dvec3 slope = distance > 2.0 * precision ? from_other / distance : -other.normal;
+        double distance = glm::length(from_other);
+        glm::dvec3 slope = from_other / distance;
+        // A centre on the surface moves inwards, from all parts that meet there. Within the precision of nearest
+        // points, their directions are unknown.
+        if (distance <= 2.0 * precision) {
+            slope = -other.normal;
+        } else if (was_met && ball.radius <= 2.0 * precision) {
+            slope = -other.normal;
+            distance = glm::dot(from_other, slope);
+        }
         constraints.push_back({{-slope.x, -slope.y, -slope.z, 1.0}, distance / unit});
     }
     std::array<double, 4> lower{}, upper{}, change{};
@@ -112,7 +125,7 @@ Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double rad
     if (!std::isfinite(first.distance))
         return ball;
     ball.radius = first.distance;
-    std::vector<ClosestPoint> touched{first};
+    std::vector<Touched> touched{{first, false}};
     constexpr int most_balls = 64;
     // A centre that stays in the ball is in the solid. Beside an edge, the first ball may be as small as one likes.
     const auto longest_step = [&] { return 0.5 * std::max(ball.radius, gap); };
@@ -122,8 +135,8 @@ Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double rad
         if (!(next.radius > ball.radius + precision))
             break;
         const ClosestPoint other = find(next.center);
-        touched.push_back(other);
         const bool is_inside = glm::length(next.center - ball.center) < ball.radius || is_behind(next.center, other);
+        touched.push_back({other, !is_inside || other.distance <= 2.0 * precision});
         if (is_inside && other.distance > ball.radius &&
             glm::length(next.center - at.position) <= other.distance + gap + 0.1 * precision) {
             ball = {next.center, other.distance};

@@ -34,6 +34,10 @@ _MEANINGS = (
     ("volume", "pyvista.ImageData", "", "Volume.from_pyvista(image_data)"),
     ("volume", "vtkmodules.vtkImageData", "", "Volume.from_vtk(image_data)"),
     ("volume", "path", "", "read_volume(path)"),
+    *(
+        ("data", kind, "labels", "Labels(VolumeData.from_affine(array, affine))")
+        for kind in ("SimpleITK.Image", "nibabel.Nifti1Image", "pyvista.ImageData", "vtkmodules.vtkImageData")
+    ),
     ("data", "SimpleITK.Image", "three-dimensional", "Volume.from_sitk(image)"),
     ("data", "nibabel.Nifti1Image", "three-dimensional", "Volume.from_nibabel(image)"),
     ("data", "pyvista.ImageData", "three-dimensional", "Volume.from_pyvista(image_data)"),
@@ -149,11 +153,10 @@ def _camera_of(value):
 
 
 @handed
-def refuse_images(data):
+def refuse_images(data, expected="a three-dimensional array of real numbers"):
     """Refuse images: NumPy would treat volumes as arrays and lose their place in the world, and pictures as volumes."""
-    expected, kinds = "a three-dimensional array of real numbers", _kinds(data)
-    is_volume = "path" not in kinds and _meaning("data", expected, data) is not None
-    if is_volume or "isospline.Image" in kinds or "PIL.Image" in kinds:
+    kinds = _kinds(data)
+    if _meaning("data", expected, data) is not None or "isospline.Image" in kinds or "PIL.Image" in kinds:
         raise TypeError(sentence("data", expected, data))
 
 

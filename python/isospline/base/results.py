@@ -35,6 +35,7 @@ __all__ = [
 ]
 
 _XYZ = ("x", "y", "z")
+_MATRIX = tuple(f"{row}_{column}" for row in _XYZ for column in _XYZ)
 _PROVEN = "a tolerance or faces of to_print_mesh"
 _CORNERS = tuple(f"{corner}_{axis}" for corner in ("lower", "upper") for axis in _XYZ)
 
@@ -69,19 +70,19 @@ class Hits(Table):
     grazing: NDArray[np.bool_] = _item("grazing", "(...) bool: rays whose derivatives are not given, but zero.")
     dnormal_dlevel: NDArray[Any] = _item("dnormal_dlevel", "(..., 3) of the normal by the level.", _XYZ)
     dnormal_dorigin: NDArray[Any] = _item(
-        "dnormal_dorigin", "(..., 3, 3) of the normal's coordinates by those of the origin.", is_column=False
+        "dnormal_dorigin", "(..., 3, 3) of the normal's coordinates by those of the origin.", _MATRIX
     )
     dnormal_ddirection: NDArray[Any] = _item(
-        "dnormal_ddirection", "(..., 3, 3) of the normal's coordinates by those of the direction.", is_column=False
+        "dnormal_ddirection", "(..., 3, 3) of the normal's coordinates by those of the direction.", _MATRIX
     )
     coefficient_indices: NDArray[np.int64] = _item(
-        "coefficient_indices", "(..., (n+1)^3) int64: places in ``volume.coefficients.ravel('K')``.", is_column=False
+        "coefficient_indices", "(..., (n+1)^3) int64: places in ``volume.coefficients.ravel('K')``.", is_list=True
     )
     coefficient_weights: NDArray[Any] = _item(
-        "coefficient_weights", "(..., (n+1)^3) weights of these coefficients in f at the hit.", is_column=False
+        "coefficient_weights", "(..., (n+1)^3) weights of these coefficients in f at the hit.", is_list=True
     )
     coefficient_gradients: NDArray[Any] = _item(
-        "coefficient_gradients", "(..., (n+1)^3, 3) gradients of these weights by the position.", is_column=False
+        "coefficient_gradients", "(..., (n+1)^3, 3) gradients of these weights by the position.", _XYZ, is_list=True
     )
     statuses: NDArray[np.uint8] = _item(
         "statuses",

@@ -20,14 +20,23 @@ if TYPE_CHECKING:
 
 
 class Item(property):
-    """A property that is the item of a result; `parts` are the names of the numbers of a row, if there are several."""
+    """A property that is the item of a result; `parts` are the names of the numbers of a row, if there are several.
+
+    A list has these numbers several times, as the array tells.
+    """
 
     parts: tuple[str, ...] | None
+    is_list: bool
     is_column: bool
 
 
 def item(
-    name: str, doc: str, parts: tuple[str, ...] | None = None, is_column: bool = True, option: str | None = None
+    name: str,
+    doc: str,
+    parts: tuple[str, ...] | None = None,
+    is_list: bool = False,
+    is_column: bool = True,
+    option: str | None = None,
 ) -> Any:
     def get(self: dict[str, Any]) -> Any:
         try:
@@ -39,7 +48,7 @@ def item(
 
     made = Item(get)
     made.__doc__ = doc  # given to the constructor, it would be hidden by that of the class
-    made.parts, made.is_column = parts, is_column
+    made.parts, made.is_list, made.is_column = parts, is_list, is_column
     return made
 
 
@@ -85,7 +94,8 @@ class Table(Result):
         Returns
         -------
         pandas.DataFrame
-            Vectors have columns such as ``positions_x``. Rays of several axes are in C order.
+            Vectors have columns such as ``positions_x``, matrices ``dnormal_dorigin_x_y``, that of the normal's x and
+            the origin's y, and lists ``coefficient_weights_0``. Rays of several axes are in C order.
 
         Raises
         ------
@@ -147,9 +157,12 @@ class Table(Result):
             item = getattr(type(self), name)
             if not item.is_column:
                 continue
-            parts = item.parts or ("",)
-            rows = np.reshape(array, (-1, len(parts)))
-            columns |= {f"{name}_{part}" if part else name: rows[:, place] for place, part in enumerate(parts)}
+            names = [name]
+            if item.is_list:
+                names = [f"{name}_{place}" for place in range(array.shape[-2 if item.parts else -1])]
+            if item.parts:
+                names = [f"{each}_{part}" for each in names for part in item.parts]
+            columns |= zip(names, np.reshape(array, (-1, len(names))).T)
         return columns
 
     def _rows(self) -> list[tuple[Any, ...]]:

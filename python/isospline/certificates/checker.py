@@ -182,13 +182,13 @@ def check(certificate, coefficients):
     segments = [*model.segments(at, last["to"])]
     polynomials = [model.polynomial(each) for each in segments]
     sides, found = [side(x) for each in polynomials for x in each], {"from": at, "to": last["to"]}
+    require(is_crossing(sides) == (statement == "hit"), "it is stated wrongly if f changes sides exactly once")
     if statement == "hit":
-        require(is_crossing(sides), "f does not change sides exactly once")
         found["cells"], found["gradient"] = [cell for cell, *_ in segments], model.gradient(segments)
         found["polynomials"] = [[interval([x]) for x in polynomial] for polynomial in polynomials]
     else:
         longest = max(nextafter(at, inf), at + 2.0**-20 / max(map(abs, model.along)))
-        require(last["to"] <= longest and {*sides} not in ({"above"}, {"below"}), "the ray may be decided there")
+        require(last["to"] <= longest and not {*sides} < {"above", "below"}, "the ray may be decided there")
         found["bound"] = interval([abs(x) for each in polynomials for x in each])[1]
     require(last == found, "the numbers at the crossing are others")
 

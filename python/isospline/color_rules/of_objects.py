@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from ..base.parameters import check_type, flag, number, optional, text
 from ..base.signatures import explained_methods
+from ..base.values import parts
 from ..scene import Isosurface
 from ..scene.conversions import as_target
 from .rule import _IndexedRule, _MeasuredRule, transform_of, two_numbers
@@ -62,7 +64,7 @@ class ColorByDistance(_IndexedRule):
     Image(32 x 24, 45% covered)
     """
 
-    #: Scene: the objects from which the distance is measured.
+    #: Scene: a copy of the objects from which the distance is measured.
     other: Scene
     #: (N, 3) float64 array: colours, sRGB, at equal steps from the first limit to the second.
     cmap: NDArray[np.float64]
@@ -83,11 +85,26 @@ class ColorByDistance(_IndexedRule):
     ) -> None:
         between = optional(two_numbers, limits, "limits")
         is_signed = flag(signed, "signed")
-        self._keep(
-            other=as_target(other, is_signed), cmap=cmap, limits=between, signed=is_signed, label=text(label, "label")
-        )
+        target = as_target(other, is_signed)
+        self._keep(cmap=cmap, limits=between, signed=is_signed, label=text(label, "label"))
         largest = math.inf if between is None else max(map(abs, between))
-        object.__setattr__(self, "_index", _core._DistanceIndex(self.other, is_signed, largest))
+        object.__setattr__(self, "_index", _core._DistanceIndex(deepcopy(target), is_signed, largest))
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "other":  # a new copy each time: the index is that of the objects as they were
+            return deepcopy(self._index.scene)
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    def _distances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The distances of points (N, 3) from the other objects."""
+        return self._index.scene.closest_points(points)["distances"]
+
+    def _within(self, limits: tuple[float, float]) -> ColorByDistance:
+        """The same rule with other limits."""
+        given = parts(self)
+        del given["other"]
+        index = _core._DistanceIndex(self._index.scene, self.signed, max(map(abs, limits)))
+        return self._with(index, **given | {"limits": limits})
 
 
 @explained_methods

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..scene import Isosurface, Scene
+from ..scene.cells import index_shape
 from .gradients import Gradients, Placed, as_gradients, check_scene
 
 if TYPE_CHECKING:
@@ -106,7 +108,7 @@ def distance_vjp(
         ``vjp(distances, samples=True)`` takes the gradients of a number by them, (...). It returns its gradients as a
         dict: ``points``, (..., 3); and by geometry id, ``levels``, ``transforms`` and ``samples``, as those of
         `cast_vjp`. Points on a surface, within 1e-9 of a unit, get the gradient along the outward normal. Nearest
-        points on caps do not move with levels and samples, those on edges of cuts move along the cut.
+        points on caps do not move with levels and samples, those on edges of cuts and masks move along these.
 
     Raises
     ------
@@ -179,7 +181,7 @@ def _slopes_by_level(surface, points, away):
     """(N, 1): how a distance changes with the level, where `away` is its gradient at nearest points; in their space.
 
     A nearest point is stationary: `away` is a multiple of the gradient of f, and on an edge plus one of the normal of
-    the plane that cuts the surface there. The first factor is the slope.
+    the plane that ends the surface there. The first factor is the slope.
     """
     gradients = surface.volume.sample(points, derivative=1)
     steepness = np.linalg.norm(gradients, axis=1)
@@ -188,13 +190,38 @@ def _slopes_by_level(surface, points, away):
     off = np.abs(surface.volume.sample(points) - surface.level)
     planes = surface._end_planes()
     active = np.abs(points @ planes[:, :3].T - planes[:, 3]) < 1e-6 * scale
-    if surface.volume.degree == 1:  # the gradient is that of one cell: on creases it differs along the cells' faces
-        faces = np.linalg.inv(surface.volume.affine)
-        index = points @ faces[:3, :3].T + faces[:3, 3]
-        active = np.concatenate([active, np.abs(index - np.round(index)) < 1e-6], axis=1)
-        unit = faces[:3, :3] / np.linalg.norm(faces[:3, :3], axis=1, keepdims=True)
-        planes = np.concatenate([planes, np.pad(unit, ((0, 0), (0, 1)))])
-    columns = np.concatenate([gradients[:, :, None] / lengths[:, None, None], active[:, None, :] * planes[:, :3].T], 2)
+    faces = np.linalg.inv(surface.volume.affine)
+    active = np.concatenate([active, _ends_at_faces(surface, points @ faces[:3, :3].T + faces[:3, 3])], axis=1)
+    unit = faces[:3, :3] / np.linalg.norm(faces[:3, :3], axis=1, keepdims=True)
+    normals = np.concatenate([planes[:, :3], unit])
+    columns = np.concatenate([gradients[:, :, None] / lengths[:, None, None], active[:, None, :] * normals.T], 2)
     factors = np.einsum("nij,nj->ni", np.linalg.pinv(columns, rcond=1e-9), away)[:, :1]
     on_surface = (off <= 1e-6 * scale * steepness)[:, None]
     return np.where(on_surface, -factors / lengths[:, None], 0.0)
+
+
+def _ends_at_faces(surface, index):
+    """(N, 3): whether a surface ends or has a crease at its points, on a face between cells across x, y and z."""
+    volume = surface.volume
+    lattice = index + 0.5 * (volume.degree % 2 == 0)
+    is_on_face = np.abs(lattice - np.round(lattice)) < 1e-6
+    if volume.degree == 1:  # the gradient is that of one cell: on creases it differs along the cells' faces
+        return is_on_face
+    mask = surface.__getstate__()["mask"]
+    if mask is None:
+        return np.zeros_like(is_on_face)
+    kept = mask.reshape(index_shape(volume), order="F").astype(bool)
+    if volume.degree % 2 == 1:
+        for axis in range(3):
+            corners = np.moveaxis(kept, axis, 0)
+            kept = np.moveaxis(corners[1:] & corners[:-1], 0, axis)
+    kept = np.pad(kept, 1)
+
+    def is_kept(sides):  # of faces, -1 or 0, (N, ..., 3)
+        cells = np.where(is_on_face[:, None], np.round(lattice)[:, None] + sides, np.floor(lattice)[:, None]) + 1
+        return kept[tuple(np.moveaxis(cells.astype(np.intp), -1, 0))]
+
+    around = np.array([*itertools.product((-1, 0), repeat=3)])
+    own = around[is_kept(around).argmax(axis=1)]  # a kept cell that each point is in
+    across = np.where(np.eye(3, dtype=bool), -1 - own[:, None], own[:, None])  # its neighbours
+    return is_on_face & ~is_kept(across)

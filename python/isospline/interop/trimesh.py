@@ -18,21 +18,43 @@ def check_trimesh(mesh):
 
 def mesh_from_trimesh(cls, mesh, **options):
     """See `Mesh.from_trimesh`."""
+    return to_mesh(cls, _arrays(mesh, _given_normals), "mesh", options)
+
+
+def mesh_of_file(cls, scene):
+    """The mesh of a scene that trimesh has just read, before it computes normals."""
+    return to_mesh(cls, _arrays(scene, _stored_normals), "mesh", {})
+
+
+def _arrays(mesh, normals_of):
+    """The arrays of a mesh, or of all meshes of a scene."""
     if not check_trimesh(mesh):
-        parts = [_arrays(mesh, np.eye(4))]
-    else:
-        placed = (mesh.graph[node] for node in mesh.graph.nodes_geometry)
-        shapes = ((mesh.geometry[name], place) for place, name in placed)
-        parts = [_arrays(shape, place) for shape, place in shapes if hasattr(shape, "faces")]
-    return to_mesh(cls, _joined(parts), "mesh", options)
+        return _part(mesh, np.eye(4), normals_of)
+    placed = (mesh.graph[node] for node in mesh.graph.nodes_geometry)
+    shapes = ((mesh.geometry[name], place) for place, name in placed)
+    return _joined([_part(shape, place, normals_of) for shape, place in shapes if hasattr(shape, "faces")])
 
 
-def _arrays(mesh, place):
+def _stored_normals(mesh):
+    """The normals of vertices that a mesh has, given or computed; the property would compute them."""
+    return np.asarray(mesh.vertex_normals) if "vertex_normals" in mesh._cache else None
+
+
+def _given_normals(mesh):
+    """The same without those that trimesh has computed, which it keeps as if they were given."""
+    from trimesh.geometry import weighted_vertex_normals
+
+    normals = _stored_normals(mesh)
+    if normals is None:
+        return None
+    computed = weighted_vertex_normals(len(mesh.vertices), mesh.faces, mesh.face_normals, mesh.face_angles)
+    return None if np.allclose(normals, computed, rtol=0, atol=1e-12) else normals
+
+
+def _part(mesh, place, normals_of):
     """The arrays of a mesh, moved by a (4, 4) matrix."""
     linear, is_moved = place[:3, :3], not np.array_equal(place, np.eye(4))
-    vertices, faces, normals = np.asarray(mesh.vertices), np.asarray(mesh.faces), None
-    if "vertex_normals" in mesh._cache:  # given, or already computed; the property computes them
-        normals = np.asarray(mesh.vertex_normals)
+    vertices, faces, normals = np.asarray(mesh.vertices), np.asarray(mesh.faces), normals_of(mesh)
     visual = mesh.visual
     colors = visual.vertex_colors if visual.kind == "vertex" else None
     if visual.kind == "texture":

@@ -7,6 +7,8 @@ import os
 
 import numpy as np
 
+from ..base.mistakes import sentence
+from ..base.parameters import check_count
 from .checks import check_samples, size_text
 from .raw_shape import shape_of_name, suggest_raw, warn_of_scrambled_shape
 from .volume_data import VolumeData
@@ -29,6 +31,16 @@ def read_npy(path):
 ORDER = "shape=(nz, ny, nx) in Python, --shape NX,NY,NZ on the command line"
 
 
+def check_shape(shape):
+    """The shape of raw samples, (nz, ny, nx), as whole numbers."""
+    if not np.iterable(shape):
+        raise TypeError(sentence("shape", "three whole numbers, (nz, ny, nx)", shape))
+    counts = tuple(shape)
+    for count in counts:
+        check_count(count, "shape")
+    return tuple(map(int, counts))
+
+
 def read_raw(path, shape, dtype, offset):
     """Map a raw file of exactly the given samples after `offset` bytes."""
     named = shape_of_name(path)
@@ -45,7 +57,7 @@ def read_raw(path, shape, dtype, offset):
             f"expected the shape and the type of the samples, which the file does not store: {missing}= "
             f"({ORDER}){meaning}"
         )
-    shape, dtype = tuple(int(count) for count in shape), np.dtype(dtype)
+    dtype = np.dtype(dtype)
     check_samples(shape, dtype, mapped=True)
     expected, size = offset + math.prod(shape) * dtype.itemsize, os.path.getsize(path)
     if size != expected:

@@ -33,17 +33,20 @@ def read_samples(frames, dtype):
 
 def _stored_samples(file, count):
     """The stored numbers of each frame of a file."""
-    from pydicom.pixels.utils import iter_pixels
+    from pydicom.pixels.utils import iter_pixels, pixel_array
 
     dataset = read_dataset(file)
     if not any(name in dataset for name in _PIXELS):
         raise ValueError("expected pixels, got none: the file is truncated or damaged")
     decoded: Any
     decode = _codec(_transfer_syntax(dataset))
-    if decode is None:
-        decoded = iter_pixels(dataset, raw=True, correct_unused_bits=False)
-    else:
+    if decode is not None:
         decoded = map(decode, _encoded_frames(dataset, count))
+    elif dataset.BitsAllocated == 1:  # frames may begin within a byte, which iter_pixels does not know
+        frames = pixel_array(dataset, raw=True, correct_unused_bits=False)
+        decoded = iter(frames.reshape(-1, dataset.Rows, dataset.Columns))
+    else:
+        decoded = iter_pixels(dataset, raw=True, correct_unused_bits=False)
     for number in range(count):
         samples = next(decoded, None)
         if samples is None:

@@ -126,7 +126,7 @@ def read_volume(
     ValueError
         If the file has none of these formats, is truncated or otherwise broken, or does not contain a volume of real
         numbers but colours, vectors, a flat picture or a time series. Also if a file is not `within` the folder, and
-        for an invalid place or `nan`. The message names the path or the parameter.
+        for an invalid shape, place or `nan`. The message names the path or the parameter.
     MemoryError
         If the samples would not fit into memory; raised before they are read.
     ImportError
@@ -142,6 +142,7 @@ def read_volume(
     """
     given = check_frame(spacing, origin, direction)
     check_nan(nan)
+    shape = None if shape is None else arrays.check_shape(shape)
     check_path(path)
     path = Path(path)
     check_within(path, within, "a path")

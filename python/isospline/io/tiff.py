@@ -30,6 +30,9 @@ _LENGTHS = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0
 # class Calibration), and the code of none.
 _POLYNOMIALS, _UNCALIBRATED = {0: 2, 1: 3, 2: 4, 3: 5}, 20
 
+# tifffile's letters for the axes of a volume; I and Q are pages of which the file tells no more.
+_SPACE = "XYZIQ"
+
 # Bytes of an item of a tag, by the type of the tag.
 _TAG_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}
 
@@ -188,10 +191,13 @@ def _text(path):
 
 
 def _check_axes(series):
-    """Refuse colours and channels; tifffile has a letter for each axis."""
+    """Refuse colours, channels, time steps and others; tifffile has a letter for each axis."""
     for axis, count in zip(series.axes, series.shape):
         if axis in "SC":
             check_components(count)
+        elif axis not in _SPACE and count != 1:
+            times = " (a time series)" if axis == "T" else ""
+            raise ValueError(f"expected one item along axis {axis}, got {count}{times}")
 
 
 def place_of(file):

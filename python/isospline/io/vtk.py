@@ -93,7 +93,7 @@ def _check_memory(information):
     scalars = vtkDataObject.GetActiveFieldInformation(information, 0, vtkDataSetAttributes.SCALARS)
     item_size = vtkDataArray.GetDataTypeSize(scalars.Get(vtkDataObject.FIELD_ARRAY_TYPE())) if scalars else 1
     size = [int(last) - int(first) + 1 for first, last in zip(extent[0::2], extent[1::2])]
-    check_samples(size[::-1], f"u{item_size}")
+    check_samples(size[::-1], f"u{max(item_size, 1)}")  # a byte for each bit, whose size VTK gives as 0
 
 
 def _choose(image, name):

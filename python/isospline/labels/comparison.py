@@ -26,18 +26,31 @@ def compare(
 ) -> LabelComparison:
     """The rows of all wanted segments of the first map, or of all segments of both."""
     _check_same_voxels(first, second)
-    own = {getattr(each, by): each for each in (first._segments if wanted is None else wanted)}
-    others = {getattr(each, by): each for each in second._segments}
-    for labels, found in ((first, own), (second, others)):
-        if wanted is None and len(found) < len(labels._segments):
-            raise ValueError("by: expected each name once in a map, got a repeated one: compare by number")
-    keys = list(own) if wanted is not None else sorted({*own, *others})
+    segments = first._segments if wanted is None else wanted
+    keys = [getattr(each, by) for each in segments]
+    if wanted is None:
+        keys = sorted({*keys, *(getattr(each, by) for each in second._segments)})
+    own, others = (_by_key(each, by, keys) for each in (segments, second._segments))
     rows = []
     for place, key in enumerate(keys):
         rows.append(_row(first, second, own.get(key), others.get(key), smoothing))
         if progress is not None:
             progress((place + 1) / len(keys))
     return LabelComparison._of_rows(rows)
+
+
+def _by_key(segments, by, keys):
+    """The segments with some names or numbers, each of which one segment has."""
+    found: dict[str | int, Segment] = {}
+    for each in segments:
+        key = getattr(each, by)
+        number = found.setdefault(key, each).number
+        if number != each.number and key in keys:
+            raise ValueError(
+                f"by: expected names that one label of a map has, got {key!r} of {number} and {each.number}: "
+                'use by="number"'
+            )
+    return found
 
 
 def _check_same_voxels(first, second):

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.mistakes import sentence
-from ..base.parameters import refuse_masked
 from ..base.progress import as_callable, part_of
 from ..base.results import LabelComparison, LabelMeasures, LabelTable
 from ..base.signatures import explained_methods
@@ -19,7 +18,7 @@ from ..scene import Isosurface, Scene
 from . import files
 from .comparison import compare
 from .measures import measure
-from .segments import Segment, find, find_all, renamed, segments_of, whole_numbers
+from .segments import Segment, as_labels, find, find_all, renamed, segments_of, whole_numbers
 from .surfaces import SMOOTHING, check_smoothing, surface_of
 
 Label = int | str
@@ -32,7 +31,8 @@ class Labels:
     Parameters
     ----------
     data : (nz, ny, nx) integer array, or VolumeData
-        The labels. Real numbers are accepted if all are whole.
+        The labels. Real numbers are accepted if all are whole, and of 32 bits. An array that can be written to is
+        copied.
     spacing, origin, direction : optional
         The place in the world, as in `VolumeData`; by default that of `data`.
     names : dict, optional
@@ -46,7 +46,8 @@ class Labels:
     Raises
     ------
     ValueError, TypeError
-        For an array that has not three dimensions of whole numbers, and for another type of a parameter.
+        For an array that has not three dimensions of whole numbers, for images of other libraries, and for another
+        type of a parameter.
 
     See Also
     --------
@@ -79,9 +80,7 @@ class Labels:
         from ..io.read import check_frame
 
         given = {name: value for name, value in check_frame(spacing, origin, direction).items() if value is not None}
-        refuse_masked(data, "data")
-        source = data if isinstance(data, VolumeData) else VolumeData(np.asarray(data))
-        self._set(source.replace(**given), {}, names, colors, background)
+        self._set(as_labels(data).replace(**given), {}, names, colors, background)
 
     @classmethod
     def read(
@@ -117,14 +116,16 @@ class Labels:
             If the samples are not whole numbers, and as `read_volume` does.
         """
         data, told = files.read(path, **place)
+        samples = whole_numbers(data.data, dimensions=(3, 4) if isinstance(told, list) else (3,))
         labels = cls.__new__(cls)
-        labels._set(data, told, names, colors, background)
+        labels._set(data.replace(data=samples), told, names, colors, background)
         return labels
 
     def _set(self, source, told, names, colors, background):
         if isinstance(background, bool) or not isinstance(background, (int, np.integer)):
             raise TypeError(sentence("background", "a whole number", background))
-        samples = whole_numbers(source.data)
+        samples = source.data.view()
+        samples.flags.writeable = False  # the segments and their counts are found once
         self._layers = [samples] if samples.ndim == 3 else [samples[..., each] for each in range(samples.shape[-1])]
         self._source = source.replace(data=self._layers[0])
         self._background = int(background)
@@ -138,7 +139,7 @@ class Labels:
 
     @property
     def data(self) -> NDArray[np.integer]:
-        """The labels, [z, y, x]; of a map with several layers, [layer, z, y, x]."""
+        """The labels, [z, y, x], read-only; of a map with several layers a new array, [layer, z, y, x]."""
         return self._layers[0] if len(self._layers) == 1 else np.stack(self._layers)
 
     @property
@@ -362,7 +363,8 @@ class Labels:
         Raises
         ------
         ValueError
-            For maps of different shapes or places, no labels, repeated names if `by` is "name", and as in `surface`.
+            For maps of different shapes or places, no labels, names that several labels of a map have if `by` is
+            "name", and as in `surface`.
         """
         if not isinstance(other, Labels):
             raise TypeError(sentence("other", "Labels", other))

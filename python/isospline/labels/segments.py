@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..base.foreign import close_name
-from ..base.mistakes import sentence
+from ..base.mistakes import refuse_images, sentence
+from ..base.parameters import refuse_masked
 from ..colors import linear_to_srgb
+from ..io import VolumeData
 from ..looks import Material
 
 # Lightness and chroma of the categorical colours in Oklab, in turn.
@@ -142,9 +144,21 @@ def srgb(numbers: Any) -> NDArray[np.float64]:
     return color
 
 
-def whole_numbers(data: NDArray[Any]) -> NDArray[np.integer]:
-    """The labels as integers."""
-    if data.ndim not in (3, 4) or 0 in data.shape:
+def as_labels(data: ArrayLike | VolumeData) -> VolumeData:
+    """The labels that a caller gives, as integers; a copy if the caller could change them."""
+    refuse_masked(data, "data")
+    if not isinstance(data, VolumeData):
+        refuse_images(data, "an array of labels")
+        data = VolumeData(np.asarray(data))
+    samples = whole_numbers(data.data)
+    if samples.flags.writeable and np.may_share_memory(samples, data.data):
+        samples = samples.copy()
+    return data.replace(data=samples)
+
+
+def whole_numbers(data: NDArray[Any], dimensions: tuple[int, ...] = (3,)) -> NDArray[np.integer]:
+    """The labels as integers; an array of several layers has four dimensions."""
+    if data.ndim not in dimensions or 0 in data.shape:
         raise ValueError(f"data: expected a three-dimensional array of labels, got shape {data.shape}")
     if data.dtype.kind == "b":
         return data.view(np.uint8)
@@ -158,5 +172,7 @@ def whole_numbers(data: NDArray[Any]) -> NDArray[np.integer]:
         whole = data.astype(np.int32)
     if not np.array_equal(whole, data):
         wrong = data[whole != data].flat[0]
-        raise ValueError(f"data: expected whole numbers, the labels of voxels, got {wrong}")
+        large = f"labels of 32 bits in an array of {data.dtype}"
+        expected = large if float(wrong).is_integer() else "whole numbers, the labels of voxels"
+        raise ValueError(f"data: expected {expected}, got {wrong}")
     return whole

@@ -32,11 +32,15 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 Box = tuple[int, int, int, int]
 
 
+def has_scale(camera: Any) -> bool:
+    """Whether equal lengths at one depth have equal numbers of pixels; None is a camera that is made for the scene."""
+    return not isinstance(camera, PanoramicCamera) and getattr(camera, "distortion", None) is None
+
+
 def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
     """Check the names of marks before the work begins."""
     if isinstance(annotate, bool):
-        has_scale = not isinstance(camera, PanoramicCamera)
-        applies = {"scale_bar": has_scale, "colorbar": bool(color_rules(look))}
+        applies = {"scale_bar": has_scale(camera), "colorbar": bool(color_rules(look))}
         annotate = [name for name in ANNOTATIONS if annotate and applies[name]]
     check_type(annotate, "annotate", Iterable, "True or a sequence of names")
     names = (annotate,) if isinstance(annotate, str) else tuple(annotate)
@@ -44,8 +48,9 @@ def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -
         if name not in ANNOTATIONS:
             raise ValueError(f"annotate: expected some of {', '.join(ANNOTATIONS)}, got {name!r}")
     check_type(unit, "unit", (str, type(None)), "a str such as 'mm' or None")
-    if "scale_bar" in names and isinstance(camera, PanoramicCamera):
-        raise ValueError("annotate: scale_bar cannot be combined with a panorama, which has no scale")
+    if "scale_bar" in names and not has_scale(camera):
+        kind = "a panorama" if isinstance(camera, PanoramicCamera) else "a lens with distortion"
+        raise ValueError(f"annotate: scale_bar cannot be combined with {kind}, which has no scale")
     if "colorbar" in names and not color_rules(look):
         raise ValueError("annotate: expected a colour rule with a map, such as ColorByVolume, for colorbar")
     return names
@@ -90,7 +95,16 @@ def ticks(lower: float, upper: float, most: int = 6) -> list[float]:
     while math.floor(upper / step + 1e-9) - math.ceil(lower / step - 1e-9) + 1 > most:
         step = round_down(step * 2.5)
     first, last = math.ceil(lower / step - 1e-9), math.floor(upper / step + 1e-9)
-    return [round(number * step, 12) for number in range(first, last + 1)]
+    digits = round(1 - math.log10(step))  # after the point: at least as many as the step has
+    return sorted({round(number * step, digits) for number in range(first, last + 1)})
+
+
+def labels_of(values: list[float]) -> list[str]:
+    """Numbers as text, with six digits, or as many as any of them needs."""
+    labels = [f"{value:g}" for value in values]
+    if [float(label) for label in labels] == values:
+        return labels
+    return [str(value).removesuffix(".0") for value in values]
 
 
 def round_down(value):
@@ -117,9 +131,7 @@ def _limits(rule, scene, camera):
     """The values of a rule's first and last colour."""
     if rule.limits is not None:
         return rule.limits
-    corners = np.stack(np.meshgrid(*np.transpose(scene.bounds)), axis=-1).reshape(-1, 3)
-    depths = corners @ camera.world_to_camera[2, :3] + camera.world_to_camera[2, 3]
-    return float(depths.min()), float(depths.max())
+    return _core._depth_range(camera, scene.bounds)
 
 
 def _title(rule, unit):
@@ -177,7 +189,8 @@ class ColorBar:
     def __init__(self, size, rule, limits, unit):
         self._size, self._limits, self._cmap = size, limits, np.asarray(part(rule, "cmap"))
         font = font_for(size)
-        self._labels = [(value, f"{value:g}") for value in ticks(*limits)]
+        values = ticks(*limits)
+        self._labels = list(zip(values, labels_of(values)))
         self._thickness, self._length = max(6, round(0.025 * size[0])), round(0.6 * size[1])
         self._mark = max(2, self._thickness // 4)
         labels = max((text_width(font, text) for _, text in self._labels), default=0)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..base.parameters import check_count
-from ..cameras import PanoramicCamera
 from ..colors import BACKGROUND
 from ..scene import Scene
-from .annotations import check_annotations
+from .annotations import check_annotations, has_scale
 from .marks import unit_of
 from .studio import Studio
 
@@ -41,7 +40,6 @@ def marks_of(
 ) -> tuple[str, ...]:
     """The names of the marks of a picture: by default a scale bar in the default light, if the unit is known."""
     if annotate is None:
-        has_scale = is_default and not isinstance(camera, PanoramicCamera)
-        is_known = has_scale and not is_crop and bool(unit or unit_of(scene))
-        annotate = ("scale_bar",) if is_known else ()
+        is_drawn = is_default and not is_crop and has_scale(camera) and bool(unit or unit_of(scene))
+        annotate = ("scale_bar",) if is_drawn else ()
     return check_annotations(annotate, camera, look, unit)

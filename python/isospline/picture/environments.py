@@ -14,6 +14,7 @@ from .. import _core
 from ..base.parameters import check_path, flag, printable
 from ..base.signatures import explained, explained_methods
 from ..base.values import Value
+from ..io.checks import check_memory
 
 #: Suffixes of the files that `read_environment` reads.
 SUFFIXES = (".exr", ".hdr")
@@ -28,7 +29,9 @@ def read_environment(path: str | os.PathLike[str]) -> NDArray[np.float32]:
     Parameters
     ----------
     path : str or path-like
-        Ends in ``.exr`` for OpenEXR or in ``.hdr`` for Radiance. Rows run from the zenith down.
+        Ends in ``.exr`` for OpenEXR or in ``.hdr`` for Radiance. Rows run from the zenith down; images that are
+        stored upside down or mirrored are turned. The display window of OpenEXR is the whole sphere, and is black where
+        it has no data.
 
     Returns
     -------
@@ -39,7 +42,9 @@ def read_environment(path: str | os.PathLike[str]) -> NDArray[np.float32]:
     Raises
     ------
     ValueError
-        For another suffix, a file that is damaged, and one without red, green and blue.
+        For another suffix, a file that is damaged or stored by columns, and one without red, green and blue.
+    MemoryError
+        If the image does not fit into memory.
     OSError
         If the file cannot be read.
     ImportError
@@ -63,19 +68,18 @@ def read_environment(path: str | os.PathLike[str]) -> NDArray[np.float32]:
         raise ImportError(
             "reading an environment needs the package OpenImageIO: pip install isospline[light]"
         ) from error
-    file = OpenImageIO.ImageInput.open(os.fspath(path))
-    if file is None:
-        raise _unreadable(name, OpenImageIO.geterror())
-    try:
-        channels = list(file.spec().channelnames)
-        missing = [channel for channel in "RGB" if channel not in channels]
-        if missing:
-            raise ValueError(f"{name}: expected channels R, G and B, got none named {missing[0]}")
-        pixels = file.read_image("float")
-        if pixels is None:
-            raise _unreadable(name, file.geterror())
-    finally:
-        file.close()
+    buffer = OpenImageIO.ImageBuf(os.fspath(path))
+    if not buffer.read(force=True, convert=OpenImageIO.FLOAT):
+        raise _unreadable(name, buffer.geterror())
+    channels = list(buffer.spec().channelnames)
+    missing = [channel for channel in "RGB" if channel not in channels]
+    if missing:
+        raise ValueError(f"{name}: expected channels R, G and B, got none named {missing[0]}")
+    if buffer.orientation > 4:  # OpenImageIO 3.2 takes two of these for each other in Radiance's files
+        raise ValueError(f"{name}: expected an image stored by rows, got one stored by columns")
+    window = buffer.roi_full
+    check_memory(4 * window.npixels * len(channels), f"{name}: {window.width} x {window.height} pixels")
+    pixels: Any = OpenImageIO.ImageBufAlgo.reorient(buffer).get_pixels(OpenImageIO.FLOAT, window)
     image = pixels[..., [channels.index(channel) for channel in "RGB"]]
     if not np.isfinite(image).all():
         raise ValueError(f"{name}: expected finite numbers, got {image[~np.isfinite(image)][0]}")

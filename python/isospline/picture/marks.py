@@ -66,7 +66,7 @@ class Marks:
             return cameras
         extent = extent_of(self._scene)
         for step in range(1, steps + 1):
-            bars = [ScaleBar(self._size, camera, self._unit) for camera in cameras]
+            bars = [ScaleBar(self._size, camera, extent, self._unit) for camera in cameras]
             if all(bar.is_free(camera, extent) for bar, camera in zip(bars, cameras)):
                 break
             cameras = made((*space, bars[0].part() * step / steps))
@@ -92,7 +92,7 @@ class Marks:
         if "colorbar" in self._names:
             taken += self._draw_color_bars(image, camera, covered)
         if "scale_bar" in self._names:
-            ScaleBar(image.size, camera, self._unit).draw(image, taken, covered)
+            ScaleBar(image.size, camera, self._scene.extent, self._unit).draw(image, taken, covered)
         return image
 
     def _draw_color_bars(self, image: Image, camera: Any, covered: Covered | None) -> list[Box]:

@@ -104,10 +104,11 @@ def render(
         How the colour is stored: linear in float32, as `Image.color`, or in 8 bits, as the result of `Image.to_srgb`,
         for viewers and videos. 8 bits need a quarter of the memory.
     annotate : bool, or sequence of {"scale_bar", "colorbar"}, optional
-        What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target; a
-        colour bar for each colour rule with a map. They are beside the scene if `camera` is not given, otherwise where
-        they hide least. True draws all that apply. By default, a picture without `light` has a scale bar if the unit is
-        known. Not allowed with a crop.
+        What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target, or,
+        for a `ProjectionPlaneCamera`, in the middle of the depths of all objects in front of its eye; a colour bar for
+        each colour rule with a map. They are beside the scene if `camera` is not given, otherwise where they hide
+        least. True draws all that apply: panoramas and lenses with distortion have no scale. By default, a picture
+        without `light` has a scale bar if the unit is known. Not allowed with a crop.
     unit : str, optional
         Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
         the same.

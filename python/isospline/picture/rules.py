@@ -92,10 +92,9 @@ def _by_distance(rule, placed, peers):
     for item, transform in peers:
         points = _points_of(item) @ transform[:3, :3].T + transform[:3, 3]
         if len(points):
-            distances = rule.other.closest_points(points)["distances"]
-            most = max(most, float(np.quantile(distances, _WITHIN)))
+            most = max(most, float(np.quantile(rule._distances(points), _WITHIN)))
     most = most or 1.0
-    return rule.replace(limits=(-most if rule.signed else 0.0, most))
+    return rule._within((-most if rule.signed else 0.0, most))
 
 
 def _points_of(item):

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cameras import ProjectionPlaneCamera
 from .annotations import (
@@ -30,32 +31,34 @@ _LONGEST, _HIGHEST = 0.25, 1 / 3
 _LINES = 8
 
 
-def scale_bar(camera: Any, size: tuple[int, int]) -> tuple[float, float]:
-    """The length of a scale bar in world units, 1, 2 or 5 times a power of ten, and in pixels at the target."""
-    if isinstance(camera, ProjectionPlaneCamera):
-        target = camera.corner + (camera.right + camera.down) / 2
-    else:
-        target = camera.target
+def scale_bar(camera: Any, size: tuple[int, int], extent: Extent) -> tuple[float, float]:
+    """The length of a scale bar in world units, 1, 2 or 5 times a power of ten, and in pixels.
+
+    Equal lengths have equal numbers of pixels at one depth. It is that of the target, or of the middle of the objects
+    for a camera without a target, as its projection plane may be anywhere.
+    """
+    target = _middle(camera, extent) if isinstance(camera, ProjectionPlaneCamera) else camera.target
     ndc = camera.world_to_ndc(size)
-    right = camera.world_to_camera[0, :3]
-
-    def column(point):
-        whole = ndc @ [*point, 1]
-        return whole[0] / whole[3] * size[0]
-
-    # In the plane through the target, equal lengths have equal numbers of pixels.
-    step = 1e-3 * np.linalg.norm(np.asarray(camera.eye) - target)
-    pixels_per_unit = (column(target + step * right) - column(target - step * right)) / (2 * step)
+    pixels_per_unit = size[0] * (ndc[0, :3] @ camera.world_to_camera[0, :3]) / (ndc[3] @ [*target, 1])
     length = round_down(_LONGEST * size[0] / pixels_per_unit)
     return length, length * pixels_per_unit
+
+
+def _middle(camera: ProjectionPlaneCamera, extent: Extent) -> NDArray[np.float64]:
+    """A point in the middle of the depths of all objects in front of the eye, or in the plane if there are none."""
+    forward, offset = camera.world_to_camera[2, :3], camera.world_to_camera[2, 3]
+    near, far = extent(forward[None])[0] + offset
+    if far <= 0:
+        return camera.corner
+    return camera.eye + (max(near, 0.0) + far) / 2 * forward
 
 
 class ScaleBar:
     """A scale bar with its length above, in the lower left corner of a picture unless it would hide an object there."""
 
-    def __init__(self, size: tuple[int, int], camera: Any, unit: str):
+    def __init__(self, size: tuple[int, int], camera: Any, extent: Extent, unit: str):
         self._size = size
-        length, self._pixels = scale_bar(camera, size)
+        length, self._pixels = scale_bar(camera, size, extent)
         self._text = f"{length:g} {unit}".strip()
         font = font_for(size)
         text = text_width(font, self._text)

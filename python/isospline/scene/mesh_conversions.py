@@ -95,9 +95,10 @@ class MeshConversions(_core.Mesh):
     def from_trimesh(cls, mesh: object, **options: Any) -> Self:
         """Convert a trimesh mesh, without changes of vertices and faces.
 
-        Vertex normals that the mesh has (not those that trimesh computes) and colours of vertices are kept. So are,
-        with their name, the first of the ``vertex_attributes``, or of the further properties of a PLY file, with one
-        number a vertex: the values. For a scene, attributes are kept that all its meshes have.
+        Vertex normals that were given to the mesh are kept, and those equal to what trimesh computes are not: pass
+        ``normals=mesh.vertex_normals`` for them. Colours of vertices are kept. So are, with their name, the first of
+        the ``vertex_attributes``, or of the further properties of a PLY file, with one number a vertex: the values. For
+        a scene, attributes are kept that all its meshes have.
 
         Parameters
         ----------

@@ -16,7 +16,7 @@ from ..interop.checks import library_of
 from ..interop.mesh_topology import equal_rows
 from ..interop.meshio import mesh_from_meshio
 from ..interop.single_precision import offset_in_header
-from ..interop.trimesh import mesh_from_trimesh
+from ..interop.trimesh import mesh_of_file
 from ..interop.vtk import mesh_from_vtk
 from ..io import isolated
 from ..io.checks import check_file, utf8
@@ -145,7 +145,7 @@ def load_trimesh(path, within):
 
 
 def _arrays_of_trimesh(path, scene):
-    mesh = mesh_from_trimesh(Mesh, scene)
+    mesh = mesh_of_file(Mesh, scene)
     arrays, suffix = _arrays(mesh), path.suffix.lower()
     if suffix == ".stl":
         first, places = equal_rows(mesh.vertices)

@@ -15,7 +15,7 @@ from ..base.parameters import check_path, printable
 from . import layout, ome, tasks
 from .budget import Budget, default_threads
 from .metadata import VERSION, cell_shape, group_attributes
-from .model import FindRange, Model, PrefilterShard, offset_of
+from .model import LookAtBlock, Model, PrefilterShard, SamplesOfBlock, offset_of, together
 from .pyramid import ReduceShard, SampleShard, level_shapes, origin_shift
 from .ranges import WriteRanges
 from .sources.source import Source
@@ -32,31 +32,55 @@ class Conversion:
         self, source: Source, root: Path, model: Model, options: dict[str, Any], image: bool, progress: Any
     ) -> None:
         self._source, self._root, self._model = source, root, model
+        self._state: dict[str, Any] = {}
         self._options, self._image = options | {"image": image}, image
         self._progress = progress
         self._shapes = level_shapes(source.shape, model.degree, model.boundary)
         self._begin, self._spent, self._total = 0.0, 0.0, 1.0
 
     def run(
-        self, chunk: int, shard_chunks: int, memory_limit: int, workers: int | None, client: Any, overwrite: bool
+        self,
+        chunk: int,
+        shard_chunks: int,
+        memory_limit: int,
+        workers: int | None,
+        client: Any,
+        *,
+        overwrite: bool = False,
+        is_step: bool = False,
     ) -> None:
-        """Do all steps that are not done yet."""
+        """Do all steps that are not done yet.
+
+        What `overwrite` replaces stays until all samples have been looked at. A complete store is an error, but for the
+        step of a series, whose samples must then be the same.
+        """
         threads = workers or default_threads()
         if client is not None:
             threads = max(client.nthreads().values(), default=1)
         budget = Budget(memory_limit, threads, self._source, self._model, chunk, shard_chunks, client is not None)
         budget.shard()  # raises if the limit is too small, before anything is written
+        options = self._options | {"chunk": chunk, "source": self._source.identity}
+        staged = self._root / "staged"
         with _locked(self._root):
-            if overwrite:
-                clear(self._root)
-            self._state = _begin(self._root, self._options | {"chunk": chunk, "source": self._source.identity})
+            is_done = is_step and is_complete(self._root)
+            self._state = {"options": options} if overwrite else _begin(self._root, options, is_step)
+            if is_done and "path" in self._source.identity:
+                return
             self._report(0.0)
-            source = self._source.stage(self._root / "staged", lambda part: self._report(_STAGING_PART * part))
-            self._begin = 0.0 if source is self._source else _STAGING_PART
-            shards = self._create(budget, chunk)
-            run = dict(workers=budget.workers(shards[0]), client=client)
-            self._plan(shards)
-            self._find_range(source, shards[0], run)
+            with _without(staged) if overwrite else contextlib.nullcontext():
+                source = self._source.stage(staged, lambda part: self._report(_STAGING_PART * part))
+                self._begin = 0.0 if source is self._source else _STAGING_PART
+                first = tuple(self._state.get("shard") or budget.shard())
+                shards = self._plan(first, chunk)
+                run = dict(workers=budget.workers(shards[0]), client=client)
+                about = self._look_at_samples(source, shards[0], run)
+            if is_done:
+                return
+            if overwrite:
+                clear(self._root, "staged")
+                self._state = _begin(self._root, options)
+            self._create(chunk, first)
+            self._save(**about)
             self._prefilter(source, run)
             for number in range(len(shards)):
                 self._make_ranges(number, run)
@@ -64,14 +88,11 @@ class Conversion:
                     self._reduce(number, run)
             self._finish()
 
-    def _create(self, budget, chunk):
-        """Create the arrays of all levels, or find those of an earlier run; returns the edges of their shards."""
-        shapes = self._shapes
+    def _create(self, chunk, first):
+        """Create the arrays of all levels, unless an earlier run did; `first` is what `_plan` got."""
         if "shard" not in self._state:
             clear(self._root, "zarr.json", "staged")
-            first = budget.shard()
-            for number, shape in enumerate(shapes):
-                edges = tuple(min(edge, layout.shard_edge(size, chunk)) for edge, size in zip(first, shape))
+            for number, (shape, edges) in enumerate(zip(self._shapes, self._shards)):
                 layout.create_coefficients(self._root, f"coefficients/{number}", shape, chunk, edges)
                 if self._image:
                     layout.create_samples(self._root, str(number), shape, chunk, edges, _stored(self._source.dtype))
@@ -80,32 +101,36 @@ class Conversion:
             self._save(shard=first)
         for partial in self._root.rglob("*.partial"):
             partial.unlink()
-        return [layout.open_array(self._root, f"coefficients/{number}").shards for number in range(len(shapes))]
 
-    def _plan(self, shards):
-        """Compute the total work."""
+    def _plan(self, first, chunk):
+        """Compute the edges of all levels' shards, from those that the finest one may have, and the total work."""
         sizes = [float(np.prod(shape)) for shape in self._shapes]
         self._sizes = sizes
         self._total = sizes[0] * (_RANGE_COST + _PREFILTER_COST) + sum(sizes) * _RANGES_COST
         self._total += sum(sizes[:-1]) * _REDUCE_COST + self._image * sum(sizes[1:]) * _SAMPLE_COST
-        self._shards = shards
+        self._shards = [
+            tuple(min(edge, layout.shard_edge(size, chunk)) for edge, size in zip(first, shape))
+            for shape in self._shapes
+        ]
+        return self._shards
 
-    def _find_range(self, source, edge, run):
-        """One pass over the samples."""
-        known = (self._state.get("minimum"), self._state.get("maximum"))
-        if known[0] is not None and "path" in source.identity:
+    def _look_at_samples(self, source, edge, run):
+        """One pass over the samples: their range and their digest. Files of an earlier run are not read again."""
+        names = ("minimum", "maximum", "digest")
+        if "path" in source.identity and "minimum" in self._state:
             self._advance(self._sizes[0] * _RANGE_COST)
-            return
-        found: list[Any] = []
-        self._run(FindRange(source, edge), layout.blocks_of(source.shape, edge), _RANGE_COST, 0, run, found)
-        minimum, maximum = min(least for least, _ in found), max(greatest for _, greatest in found)
-        offset_of(minimum, maximum, source.dtype)
-        if known not in ((None, None), (minimum, maximum)):
-            raise ValueError(
-                f"source: expected samples from {known[0]} to {known[1]}, as in the conversion that was begun, got "
-                f"{minimum} to {maximum}"
-            )
-        self._save(minimum=minimum, maximum=maximum)
+            return {name: self._state[name] for name in names if name in self._state}
+        found: list[SamplesOfBlock] = []
+        self._run(LookAtBlock(source, edge), layout.blocks_of(source.shape, edge), _RANGE_COST, 0, run, found)
+        about: dict[str, Any] = dict(zip(names, together(found)))
+        offset_of(about["minimum"], about["maximum"], source.dtype)
+        for name, value in about.items():
+            if self._state.get(name, value) != value:
+                raise ValueError(
+                    "source: expected the samples of the conversion that was begun, got others: their "
+                    f"{name} is {value}, not {self._state[name]}; or overwrite=True"
+                )
+        return about
 
     def _offset(self):
         return offset_of(self._state["minimum"], self._state["maximum"], self._source.dtype)
@@ -175,7 +200,7 @@ class Conversion:
             halved = np.array([size > 1 for size in reversed(shape)])
             origin = origin + direction @ (spacing * origin_shift(degree) * halved)
             spacing = np.where(halved, 2 * spacing, spacing)
-        shutil.rmtree(self._root / "staged", ignore_errors=True)
+        (self._root / "staged").unlink(missing_ok=True)
         attributes = layout.zarr().open_group(str(self._root), mode="r+")
         if self._image:
             shown = ome.multiscales(self._root.stem, levels, source.unit, source.patient)
@@ -196,7 +221,7 @@ def _stored(dtype):
     return dtype.newbyteorder("=") if dtype.kind != "f" or dtype.itemsize <= 8 else np.dtype(np.float64)
 
 
-def _begin(root, options):
+def _begin(root, options, may_be_complete=False):
     """The state of the conversion in a store: from an earlier run with the same options, or a new one."""
     if not (root / "zarr.json").exists():
         with layout.writing(root / "zarr.json"):
@@ -205,7 +230,7 @@ def _begin(root, options):
         _write_attributes(root, {"complete": False, "conversion": state})
         return state
     attributes = group_attributes(root)
-    if attributes.get("complete"):
+    if attributes.get("complete") and not may_be_complete:
         raise FileExistsError(f"{printable(root)}: expected no store, or an incomplete one; or overwrite=True")
     state = attributes["conversion"]
     check_options(root, state["options"], options)
@@ -239,6 +264,21 @@ def clear(root, *kept):
             path.unlink()
 
 
+def is_complete(root: Path) -> bool:
+    """Whether a store has been written."""
+    return (root / "zarr.json").exists() and group_attributes(root).get("complete") is True
+
+
+@contextlib.contextmanager
+def _without(file):
+    """Remove a file if what follows fails."""
+    try:
+        yield
+    except BaseException:
+        file.unlink(missing_ok=True)
+        raise
+
+
 @contextlib.contextmanager
 def _locked(root):
     """Lock the store's folder for this process."""
@@ -254,6 +294,12 @@ def _locked(root):
         yield
     finally:
         os.close(descriptor)
+
+
+def check_apart(root: Path, source: Source) -> None:
+    """Check that the store in a folder would not replace the samples from which it is made."""
+    if source.path is not None and Path(os.path.realpath(source.path)).is_relative_to(root):
+        raise ValueError(f"out: expected another folder than that of the source, got {printable(root)}")
 
 
 def check_out(out: Any) -> Path:

@@ -16,7 +16,7 @@ from ..base.signatures import explained
 from ..io.read import check_frame, check_nan
 from . import series
 from .budget import parse_memory
-from .conversion import Conversion, check_out, clear
+from .conversion import Conversion, check_apart, check_out, clear
 from .layout import CHUNK, SHARD_CHUNKS, zarr
 from .model import Model
 from .sources.opening import open_source
@@ -155,26 +155,28 @@ def convert(
     given = {field: value for field, value in frame.items() if value is not None}
     modelled = {field: getattr(model, field) for field in ("degree", "boundary", "filter", "smoothing")}
 
-    def convert(opened, root, overwrite, report):
+    def convert(opened, root, report, **options):
         opened = opened if nan is None else WithoutNan(opened, nan)
         place = {field: np.asarray(value, float).tolist() for field, value in opened.move(**given).frame.items()}
         Conversion(opened, root, model, modelled | place, bool(image), report).run(
-            int(chunk), SHARD_CHUNKS if shard is None else int(shard // chunk), limit, workers, client, overwrite
+            int(chunk), SHARD_CHUNKS if shard is None else int(shard // chunk), limit, workers, client, **options
         )
 
     steps = series.steps_of(source, axes, reading)
     if steps is None:
         opened = open_source(source, axes, reading)
         root = check_out(out)
-        convert(opened, root, bool(overwrite), report)
+        check_apart(root, opened)
+        convert(opened, root, report, overwrite=bool(overwrite))
         return root
     root = check_out(out)
     if overwrite and root.exists():
+        for open_step in steps:  # an error must come before the old store is lost
+            check_apart(root, open_step())
         clear(root)
     options = modelled | {"chunk": int(chunk), "image": bool(image)}
     options |= {field: np.asarray(value, float).tolist() for field, value in given.items()}
     for number, (step, open_step) in enumerate(zip(series.begin(root, len(steps), options), steps)):
-        if not series.is_complete(step):
-            convert(open_step(), step, False, part_of(report, number, len(steps)))
+        convert(open_step(), step, part_of(report, number, len(steps)), is_step=True)
     series.finish(root, len(steps), options)
     return root

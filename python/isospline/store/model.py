@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,14 +53,22 @@ class Model:
         return _core._prefilter_reach(self.degree, self.filter, self.smoothing)
 
 
+class SamplesOfBlock(NamedTuple):
+    """The range of a block's samples, and a digest of the samples and their place."""
+
+    minimum: float
+    maximum: float
+    digest: str
+
+
 @dataclass(frozen=True)
-class FindRange:
-    """The smallest and the largest sample of a block."""
+class LookAtBlock:
+    """The range and the digest of a block of samples."""
 
     source: Source
     edge: tuple[int, ...]
 
-    def __call__(self, index: Any) -> tuple[float, float]:
+    def __call__(self, index: Any) -> SamplesOfBlock:
         box = box_of(index, self.edge, self.source.shape)
         samples = self.source.read(box)
         least, greatest = float(samples.min()), float(samples.max())
@@ -69,7 +78,19 @@ class FindRange:
             got = samples[tuple(place)]
             hint = "; nan=VALUE, --nan on the command line, replaces NaN" if np.isnan(got) else ""
             raise ValueError(f"source: expected finite numbers, got {got} at [{at}]{hint}")
-        return least, greatest
+        digest = hashlib.sha256(np.asarray(box, np.int64).tobytes())
+        digest.update(np.ascontiguousarray(samples).data)
+        return SamplesOfBlock(least, greatest, digest.hexdigest())
+
+
+def together(blocks: list[SamplesOfBlock]) -> SamplesOfBlock:
+    """The range and the digest of all samples, from those of their blocks in any order."""
+    digests = "".join(sorted(block.digest for block in blocks))
+    return SamplesOfBlock(
+        min(block.minimum for block in blocks),
+        max(block.maximum for block in blocks),
+        hashlib.sha256(digests.encode()).hexdigest()[:16],
+    )
 
 
 def offset_of(least: float, greatest: float, dtype: np.dtype[Any]) -> float:

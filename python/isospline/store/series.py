@@ -83,11 +83,6 @@ def begin(root: Path, count: int, options: dict[str, Any]) -> list[Path]:
     return [root / key for key in attributes["time_steps"]]
 
 
-def is_complete(step: Path) -> bool:
-    """Whether a time step has been written."""
-    return (step / "zarr.json").exists() and group_attributes(step).get("complete") is True
-
-
 def finish(root: Path, count: int, options: dict[str, Any]) -> None:
     """Mark all time steps as complete."""
     _describe(root, count, options, complete=True)

@@ -94,6 +94,7 @@ def suggest_mask(volume: Volume, *, inside: Inside = "above") -> NDArray[np.bool
     Parameters
     ----------
     volume : Volume
+        Of degree 1, 2 or 3, as for an isosurface.
     inside : {"above", "below"}
         The side of the level on which the solid is, as of `Isosurface`.
 
@@ -105,7 +106,7 @@ def suggest_mask(volume: Volume, *, inside: Inside = "above") -> NDArray[np.bool
     Raises
     ------
     ValueError
-        For another side.
+        For another degree or another side.
 
     Examples
     --------
@@ -115,6 +116,8 @@ def suggest_mask(volume: Volume, *, inside: Inside = "above") -> NDArray[np.bool
     None
     """
     check_type(volume, "volume", Volume, "a Volume")
+    if volume.degree not in (1, 2, 3):
+        raise ValueError(f"volume: expected a degree of 1, 2 or 3, got {volume.degree}")
     return present(volume, inside=_checked(inside)).mask(volume)
 
 

@@ -68,8 +68,8 @@ def picture_part(state):
     return state.replace(slices=SliceState(**window), measurements=())
 
 
-def color_rule(each, document):
-    """The colour of an object: a name or one of isospline's colour rules."""
+def color_rule(each, document, volume_of):
+    """The colour of an object: a name or one of isospline's colour rules, of the volumes ``volume_of(source)``."""
     if each.color_by == "own":
         return document[each.source].rule or each.color
     if each.color_by == "color":
@@ -79,7 +79,7 @@ def color_rule(each, document):
     if each.color_by in CURVATURES:
         kind = CURVATURES[each.color_by]
         return ColorByCurvature(kind, each.cmap, limits=each.limits or default_limits(each, document))
-    volume = document[each.color_by].item
+    volume = volume_of(document[each.color_by])
     return ColorByVolume(volume, each.cmap, limits=each.limits or default_limits(each, document))
 
 
@@ -94,14 +94,14 @@ def default_limits(each, document):
     return (0.0, most**2) if CURVATURES[each.color_by] == "gaussian" else (-most, most)
 
 
-def cap_color(state, each, document):
-    """The colour of caps; None for the surface's own colour."""
+def cap_color(state, each, document, volume_of):
+    """The colour of caps, by the volumes ``volume_of(source)``; None for the surface's own colour."""
     if not (state.clip.shows_values and each.level is not None):
         return None
     source = document[each.source]
     shown = state.slices
     window = shown.window if shown.window and shown.volume == each.source else source.window()
-    return ColorByVolume(source.item, "gray", limits=window)
+    return ColorByVolume(volume_of(source), "gray", limits=window)
 
 
 class PictureMaker:
@@ -117,6 +117,7 @@ class PictureMaker:
         self._objects = {}  # (parameters, object) by its id in the state, in the order of the scene
         # (volume key, scale, level of the body, closed): a surface that owns the index of bricks
         self._indices = {}
+        self._details = {}  # the scales of volumes in the last picture, by the keys of their sources
         self._tracing = None  # the path traced state and its renderer
 
     @property
@@ -149,20 +150,19 @@ class PictureMaker:
         self._tracing = None
 
     @without_warnings()  # a level may be moved to where there is no surface
-    def geometry_ids(self, state, camera=None, size=None):
+    def geometry_ids(self, state, scale_of=lambda source: None):
         """The visible objects' geometry ids in the scene, by their ids in the state.
 
-        With a camera and the size of its picture, volumes of stores have the scale that the picture needs.
-        Otherwise they have the overview's level.
+        Volumes of stores have the scale ``scale_of(source)``, or that of the overview if it is None.
         """
         self.forget_closed()
         cuts = None if state.clip.kind == "none" else state.clip
         objects = {}
+        self._details = {source.key: scale_of(source) for source in self._document}
         for each in state.objects:
             if not each.is_seen:
                 continue
-            source = self._document[each.source]
-            detail = None if camera is None else source.scale(camera, size)
+            detail = self._details[each.source]
             options = (each.largest, each.body_level, each.closed, cuts)
             made_of = (each.source, detail, None if each.level is None else options)
             known = self._objects.get(each.id)
@@ -226,6 +226,10 @@ class PictureMaker:
         """The light of the last picture, as in the options of `isospline.render`."""
         return {"light": resolve(self._scene, self.light(state, self._ids()))}
 
+    def _volume_of(self, source):
+        """The volume of a source at the scale of the last picture."""
+        return source.volume(self._details.get(source.key))
+
     def _materials(self, state, ids):
         """A material for each geometry id."""
         return {ids[each.id]: self._material(state, each) for each in state.objects if each.id in ids}
@@ -237,14 +241,15 @@ class PictureMaker:
             look |= {"opacity": 1.0, "silhouette_opacity": None}
         else:
             look |= {"opacity": each.opacity, "silhouette_opacity": each.silhouette_opacity}
-        if (values := cap_color(state, each, self._document)) is not None:
+        if (values := cap_color(state, each, self._document, self._volume_of)) is not None:
             look["cap_color"] = values
-        return self._document[each.source].material.replace(color=color_rule(each, self._document), **look)
+        color = color_rule(each, self._document, self._volume_of)
+        return self._document[each.source].material.replace(color=color, **look)
 
     def render(self, state, size, stage=None, progress=None, **options):
         """Render a state that has a camera; without a stage, render as during movement."""
         camera = state.camera.camera()
-        ids = self.geometry_ids(state, *((camera, size) if stage else ()))
+        ids = self.geometry_ids(state, lambda source: source.scale(camera, size) if stage else None)
         options.setdefault("background", state.background)
         if stage is not None and state.light == "path-trace":
             return self._path_trace(state, ids, size, stage.samples, progress, options)

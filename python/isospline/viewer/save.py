@@ -94,9 +94,10 @@ def _folder(viewer):
 
 
 def _mesh(viewer, state):
-    """The meshes of the visible isosurfaces as one."""
+    """The meshes of the visible isosurfaces as one, of the finest scale of stores."""
     with viewer.making() as maker:
-        items = [maker.scene.object(geometry) for geometry in maker.geometry_ids(state).values()]
+        ids = maker.geometry_ids(state, lambda source: None if source.scales is None else 0)
+        items = [maker.scene.object(geometry) for geometry in ids.values()]
         surfaces = [item for item in items if isinstance(item, Isosurface)]
         if not surfaces:
             raise ValueError("mesh: expected a visible isosurface, got none")

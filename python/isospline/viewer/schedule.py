@@ -8,7 +8,7 @@ import time
 from .._core import Cancelled
 
 #: Fractions of the full resolution, along each side, at which pictures are drawn during movement.
-STEPS = (1.0, 0.75, 0.5, 0.375, 0.25, 0.1875)
+STEPS = (1.0, 0.75, 0.625, 0.5, 0.4375, 0.375, 0.3125, 0.25, 0.1875)
 
 # The weight of past frames after each new one.
 _MEMORY = 0.85
@@ -46,7 +46,7 @@ class AdaptiveResolution:
     (250, 200)
     """
 
-    def __init__(self, budget=0.037):
+    def __init__(self, budget=0.0385):
         self._budget = budget
         self._step = STEPS.index(0.5)
         self._sums = [0.0] * 5  # of 1, p, t, p^2 and p t

@@ -294,8 +294,9 @@ class Window:
         try:
             state = self._viewer.state.replace(camera=self._camera)
             with self._viewer.making() as maker:
-                ids = maker.geometry_ids(state, state.camera.camera(), self._size)
-                found = measure(maker.scene, ids, state.camera.camera(), self._size, pixel)
+                camera, size = state.camera.camera(), self._size
+                ids = maker.geometry_ids(state, lambda source: source.scale(camera, size))
+                found = measure(maker.scene, ids, camera, size, pixel)
             if found is not None:
                 self._measure(lambda all: with_point(all, tool, found))
             self.send(to_page.Measured(found))

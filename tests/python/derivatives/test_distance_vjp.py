@@ -12,6 +12,7 @@ CASES = {
     "whole": {},
     "below": {"inside": "below"},
     "capped": {"clip": isospline.HalfSpace((0, 0, 0.2), (0, 0.3, -1)), "capped": True},
+    "masked": {"mask": np.indices((24, 24, 24)).sum(axis=0) < 34},
 }
 
 

@@ -60,6 +60,8 @@ def test_errors_for_foreign_images_name_the_converter():
         for make in (isospline.Volume, lambda volume: isospline.Isosurface(volume, 0.0)):
             with pytest.raises(TypeError, match=rf"; did you mean Volume\.{method}\("):
                 make(given)
+        with pytest.raises(TypeError, match=r"; did you mean Labels\(VolumeData\.from_affine\("):
+            isospline.Labels(given)
 
 
 def test_light_by_objects():

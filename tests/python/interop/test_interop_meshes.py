@@ -58,6 +58,21 @@ def test_trimesh_scene_is_taken_over_in_place():
     assert volume(mesh) == pytest.approx(6 + 12)
 
 
+def test_normals_that_trimesh_computes_are_not_those_of_the_mesh(rng, tmp_path):
+    shape = trimesh.creation.icosphere(2)
+    computed = np.array(shape.vertex_normals)  # and kept by trimesh
+    assert isospline.Mesh.from_trimesh(shape).normals is None
+    assert isospline.Mesh.from_trimesh(trimesh.Scene([shape])).normals is None
+    mesh = isospline.Mesh.from_trimesh(shape, normals=computed)
+    mesh.write(tmp_path / "a.obj")
+    for each in (mesh, isospline.read_mesh(tmp_path / "a.obj")):
+        np.testing.assert_array_equal(each.normals, computed)
+    shape.apply_transform(trimesh.transformations.random_rotation_matrix(rng.random(3)))
+    assert isospline.Mesh.from_trimesh(shape).normals is None
+    shape.vertex_normals = computed
+    np.testing.assert_array_equal(isospline.Mesh.from_trimesh(shape).normals, computed)
+
+
 # PyVista and VTK
 
 
@@ -92,6 +107,16 @@ def test_pyvista_polygons_need_not_be_convex():
     mesh = isospline.Mesh.from_pyvista(shape)
     assert len(mesh.faces) == 4
     assert area(mesh) == pytest.approx(5)
+
+
+@pytest.mark.parametrize("size", [1e-200, 1e-9, 1, 1e9])
+def test_pyvista_polygons_may_be_of_any_size(size):
+    angles = np.arange(40) * np.pi / 20
+    star = np.c_[np.cos(angles), np.sin(angles), np.zeros(40)] * np.tile([1, 1.9], 20)[:, None]
+    shape = pyvista.PolyData(star * size, faces=[40, *range(40)])
+    mesh = isospline.Mesh.from_pyvista(shape)
+    np.testing.assert_array_equal(mesh.vertices, shape.points)
+    assert area(isospline.Mesh(mesh.vertices / size, mesh.faces)) == pytest.approx(20 * 1.9 * np.sin(np.pi / 20))
 
 
 def test_pyvista_mesh_is_hit_where_pyvista_hits_it(rng):

@@ -73,3 +73,77 @@ def test_actors_beside_the_surfaces_are_seen(parallel, y):
         plotter.enable_parallel_projection()
     np.testing.assert_array_equal(plotter.screenshot(return_img=True)[2, 2], (0, 0, 255))
     plotter.close()
+
+
+def seen_by(add, change):
+    """The pixels of what `add` adds to a Plotter, in front of a green plane, after a change of the Plotter."""
+    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
+    plotter.background_color = "black"
+    plotter.disable_anti_aliasing()
+    plane = pyvista.Plane(center=(0, 0.1, 0), direction=(0, -1, 0), i_size=0.5, j_size=3)
+    plotter.add_mesh(plane, color="green", lighting=False)
+    add(plotter)
+    plotter.camera_position = [(2, -3, 2), (0, 0, 0), (0, 0, 1)]
+    change(plotter, plotter.camera)
+    plotter.renderer.ResetCameraClippingRange()
+    shot = plotter.screenshot(return_img=True)
+    plotter.close()
+    return shot[..., 2] > 128
+
+
+def move(_, camera):
+    camera.SetModelTransformMatrix(
+        pyvista.vtkmatrix_from_array([(1, 0, 0, 0.3), (0, 1, 0, 0), (0, 0, 2, 0), (0, 0, 0, 1)])
+    )
+
+
+CHANGES = {
+    "nothing": lambda plotter, camera: None,
+    "stretched": lambda plotter, camera: plotter.set_scale(zscale=2, reset_camera=False),
+    "mirrored": lambda plotter, camera: plotter.set_scale(xscale=-1, reset_camera=False),
+    "horizontal angle": lambda plotter, camera: camera.SetUseHorizontalViewAngle(True),
+    "shifted": lambda plotter, camera: camera.SetWindowCenter(0.3, 0.2),
+    "moved": move,
+    "sheared": lambda plotter, camera: camera.SetViewShear(0.2, 0.1, 1),
+    "half of the window": lambda plotter, camera: plotter.renderer.SetViewport(0.5, 0, 1, 1),
+}
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("name", CHANGES)
+def test_surfaces_are_where_actors_would_be(name, parallel, capsys):
+    field = isospline.volumes.torus()
+    surface = isospline.Isosurface(field.volume(32), field.level, color="white")
+    mesh = surface.to_pyvista()
+
+    def change(plotter, camera):
+        camera.SetParallelProjection(parallel)
+        camera.SetParallelScale(1.2)
+        CHANGES[name](plotter, camera)
+
+    expected = seen_by(lambda plotter: plotter.add_mesh(mesh, color="white", lighting=False), change)
+    found = seen_by(lambda plotter: add_to_plotter(plotter, surface, light="unlit"), change)
+    assert expected.sum() > 500
+    if parallel and name in ("stretched", "mirrored", "moved", "sheared"):
+        assert "ValueError: plotter: expected a parallel projection without shear" in capsys.readouterr().err
+    else:
+        assert (found != expected).mean() < 0.005
+
+
+def test_scenes_without_surfaces_leave_actors_alone():
+    plotter, scene = pyvista.Plotter(off_screen=True, window_size=SIZE), isospline.Scene()
+    plotter.add_mesh(pyvista.Sphere(), color="red", lighting=False)
+    bounds = plotter.bounds
+    picture = add_to_plotter(plotter, scene)
+    shot = plotter.screenshot(return_img=True)
+    assert plotter.bounds == bounds
+    assert (shot == (255, 0, 0)).all(axis=-1).mean() > 0.1
+    scene.add(isospline.Isosurface(isospline.volumes.sphere(0.7).volume(32), 0.0))
+    plotter.render()
+    assert (plotter.screenshot(return_img=True) == (255, 0, 0)).all(axis=-1).sum() == 0
+    np.testing.assert_allclose(plotter.bounds, scene.bounds.T.ravel(), rtol=1e-6)
+    picture.remove()
+    plotter.render()
+    assert plotter.bounds == bounds
+    np.testing.assert_array_equal(plotter.screenshot(return_img=True), shot)
+    plotter.close()

@@ -167,11 +167,10 @@ def test_polygons_may_have_a_bridge_to_a_hole(begin):
     assert found.sum() == 12 and (found > 0).all()
 
 
-@pytest.mark.parametrize("size", [1, 1e-9, 1e-200])
-def test_polygons_of_vtk_may_be_tiny_or_have_a_bridge_to_a_hole(size):
+def test_polygons_of_vtk_may_have_a_bridge_to_a_hole():
     pyvista = pytest.importorskip("pyvista")
     points = np.array(FRAME + ARROW)
-    mesh = isospline.Mesh.from_pyvista(pyvista.PolyData(size * points, faces=[10, *BRIDGED, 5, *range(8, 13)]))
+    mesh = isospline.Mesh.from_pyvista(pyvista.PolyData(points, faces=[10, *BRIDGED, 5, *range(8, 13)]))
     found = areas(points, mesh.faces)
     assert (len(found), found[:8].sum(), found[8:].sum()) == (11, 12, 2.5) and (found > 0).all()
 

@@ -201,6 +201,19 @@ def test_bits_beside_the_stored_ones_are_left_out(tmp_path, data):
     check(path, data & 0xFFF, tmp_path, "u2")
 
 
+@pytest.mark.parametrize("count", [1, 4])
+@pytest.mark.parametrize("size", [(5, 7), (4, 6)])
+def test_frames_of_single_bits_need_not_begin_at_a_byte(tmp_path, rng, count, size):
+    mask, places = rng.integers(0, 2, (count, *size)), positions(2.0 * np.arange(count))
+    one = dict(BitsAllocated=1, BitsStored=1, HighBit=0, PixelRepresentation=0)
+    path = write_frames(tmp_path / "a.dcm", mask, places, **one)
+    dataset = pydicom.dcmread(path)
+    bits = np.packbits(mask.ravel(), bitorder="little").tobytes()
+    dataset.PixelData = bits + b"\0" * (len(bits) % 2)
+    check(save(dataset, path), mask, tmp_path, "u1", places)
+    np.testing.assert_array_equal(dataset.pixel_array.reshape(mask.shape), mask)
+
+
 def test_slices_without_positions_or_of_another_kind_are_refused(tmp_path, data):
     for name, attribute, value, message in (
         ("a", "ImagePositionPatient", None, r"slices with the attribute ImagePositionPatient, got none in 3\.dcm"),

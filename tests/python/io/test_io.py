@@ -356,6 +356,20 @@ def test_legacy_vtk_is_placed_as_by_vtk(tmp_path, data, dtype, ascii):
     assert (volume.spacing, volume.origin) == (SPACING, ORIGIN)
 
 
+@pytest.mark.parametrize("name", ["a.vtk", "a.vti"])
+def test_vtk_s_arrays_of_bits_are_bytes(tmp_path, data, name):
+    from vtkmodules.vtkCommonCore import vtkBitArray
+
+    image, bits = vtk_image(data), vtkBitArray()
+    for bit in (data % 2).ravel().tolist():
+        bits.InsertNextValue(bit)
+    image.GetPointData().SetScalars(bits)
+    write_vtk(image, tmp_path / name)
+    volume = read_volume(tmp_path / name)
+    np.testing.assert_array_equal(volume.data, data % 2)
+    assert volume.data.dtype == np.uint8
+
+
 @directions
 @pytest.mark.parametrize(
     "setting",
@@ -440,8 +454,13 @@ def test_raw_of_another_size_is_refused(tmp_path, data):
         read_volume(path)
     with pytest.raises(ValueError, match="dtype="):
         read_volume(path, shape=SHAPE)
-    with pytest.raises(ValueError, match="at least one sample"):
-        read_volume(path, shape=(0, 6, 7), dtype="int16")
+    for shape, expected in (
+        ((0, 6, 7), r"a whole number of at least 1, got 0"),
+        ((2.5, 6, 7), r"a whole number of at least 1, got 2\.5"),
+        (210, r"three whole numbers, \(nz, ny, nx\), got 210"),
+    ):
+        with pytest.raises((ValueError, TypeError), match=f"^shape: expected {expected}"):
+            read_volume(path, shape=shape, dtype="int16")
 
 
 # What was read becomes a model
@@ -607,9 +626,15 @@ def test_time_series_and_flat_pictures_are_refused(tmp_path, rng):
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(series, isVector=False), tmp_path / "a.nrrd")
     tifffile.imwrite(tmp_path / "a.tif", series, imagej=True, metadata={"axes": "TZYX"})
     np.save(tmp_path / "a.npy", series)
-    for name in ("a.nii", "a.mha", "a.nrrd", "a.tif", "a.npy"):
+    for name in ("a.nii", "a.mha", "a.nrrd", "a.npy"):
         with pytest.raises(ValueError, match="expected three dimensions, got 4: 7 x 6 x 5 x 3"):
             read_volume(tmp_path / name)
+    tifffile.imwrite(tmp_path / "b.tif", series[:, 0], imagej=True, metadata={"axes": "TYX"})
+    tifffile.imwrite(tmp_path / "c.ome.tif", series[:, 0], metadata={"axes": "TYX"}, photometric="minisblack")
+    for name in ("a.tif", "b.tif", "c.ome.tif"):
+        for read in (read_volume, lambda path: isospline.convert(path, tmp_path / "a.zarr")):
+            with pytest.raises(ValueError, match=rf"{name}: .*one item along axis T, got 3 \(a time series\)"):
+                read(tmp_path / name)
 
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(series[0, 0]), tmp_path / "flat.mha")
     tifffile.imwrite(tmp_path / "flat.tif", series[0, 0])

@@ -60,6 +60,18 @@ def test_an_array():
     assert Labels(data.astype(float), background=1).numbers == (0, 5)
 
 
+@pytest.mark.parametrize("kind", [np.uint8, bool, float])
+def test_labels_stay_when_the_array_changes(kind):
+    data = (two_halves() > 0).astype(kind)
+    labels, count = Labels(data), np.count_nonzero(data)
+    data[:] = 0
+    assert labels.mask(1).sum() == labels.table().voxel_counts[0] == labels.measure().voxel_counts[0] == count
+    with pytest.raises(ValueError, match="read-only"):
+        labels.data[:] = 0
+    data.flags.writeable = False
+    assert np.shares_memory(Labels(data).data, data) == (kind is not float)
+
+
 def test_surfaces_have_the_place_the_name_and_the_colour():
     data = two_halves()
     labels = Labels(data, names={5: "right"}, colors={5: "teal"}, **PLACE)
@@ -146,6 +158,21 @@ def test_comparison_of_shifted_balls():
     assert first.compare(named, ["label 1"], by="name").dice[0] == 0
 
 
+def test_rows_of_a_comparison_are_the_wanted_labels():
+    labels = Labels(two_halves(), names={1: "left"})
+    found = labels.compare(labels, [5, "left", 1])
+    assert list(found.numbers) == [5, 1, 1] == list(labels.measure([5, "left", 1]).numbers)
+
+
+def test_a_comparison_by_name_needs_one_label_of_a_name():
+    one, two = (Labels(two_halves(), names=names) for names in ({1: "a", 5: "b"}, {1: "a", 5: "a"}))
+    assert one.compare(two, ["b"], by="name").dice[0] == 0
+    assert two.compare(one, [5], by="name").dice[0] == 0
+    for first, second, labels in ((one, two, ["a"]), (one, two, None), (two, one, [1, 5]), (two, one, None)):
+        with pytest.raises(ValueError, match="by: expected names that one label of a map has, got 'a' of 1 and 5"):
+            first.compare(second, labels, by="name")
+
+
 def test_nifti(tmp_path):
     nibabel = pytest.importorskip("nibabel")
     data = two_halves()
@@ -228,6 +255,13 @@ def test_images_of_itk(tmp_path):
         (lambda: Labels(np.full((3, 3, 3), 0.5)), ValueError, "data: expected whole numbers, the labels .*, got 0.5"),
         (lambda: Labels(np.full((3, 3, 3), np.nan)), ValueError, "data: expected whole numbers, .*, got nan"),
         (lambda: Labels(np.zeros((3, 3))), ValueError, r"data: expected a three-dimensional array .*\(3, 3\)"),
+        (lambda: Labels(np.zeros((3, 3, 3, 2), int)), ValueError, r"a three-dimensional array .*\(3, 3, 3, 2\)"),
+        (
+            lambda: Labels(np.full((3, 3, 3), 3e9)),
+            ValueError,
+            "data: expected labels of 32 bits .* float64, got 3000000000",
+        ),
+        (lambda: Labels("a.nrrd"), TypeError, r"data: .* labels, got 'a.nrrd'; did you mean read_volume\(path\)"),
         (lambda: Labels(np.full((3, 3, 3), 1j)), TypeError, "data: expected whole numbers, got complex128"),
         (lambda: Labels(np.full((3, 3, 3), 2**63, "u8")), ValueError, r"data: expected labels below 2\*\*63, got 9"),
         (lambda: Labels(two_halves(), spacing=(1, -1, 1)), ValueError, "spacing: expected positive"),

@@ -12,6 +12,7 @@ import threading
 import numpy as np
 import pytest
 import trimesh
+from hit_outputs import ALL_OUTPUTS
 from scipy import ndimage
 
 import isospline
@@ -62,6 +63,23 @@ def test_a_table_of_hits_has_no_rounding():
     rows = np.genfromtxt(io.StringIO(hits.to_csv()), delimiter=",", names=True)
     np.testing.assert_array_equal(rows["t_hit"], hits.t_hit[0])
     np.testing.assert_array_equal(rows["positions_z"], hits.positions[0, :, 2])
+
+
+def test_a_table_of_hits_has_all_outputs():
+    rays = np.array([[[12.1, 13.2, -9, 0, 0, 1], [0, 0, -9, 0, 0, 1]]])
+    hits = isospline.Scene(ball_surface()).cast_rays(rays, outputs=ALL_OUTPUTS)
+    rows = list(csv.DictReader(io.StringIO(hits.to_csv())))
+    assert len(rows) == 2 and len(rows[0]) == sum(array[0, 0].size for array in hits.values())
+    hit = hits.select((0, 0))
+    for name, value in (
+        ("t_hit", hit.t_hit),
+        ("dnormal_dorigin_x_z", hit.dnormal_dorigin[0, 2]),
+        ("dnormal_ddirection_z_x", hit.dnormal_ddirection[2, 0]),
+        ("coefficient_weights_20", hit.coefficient_weights[20]),
+        ("coefficient_gradients_20_y", hit.coefficient_gradients[20, 1]),
+    ):
+        assert float(rows[0][name]) == value
+    assert int(rows[0]["coefficient_indices_20"]) == hit.coefficient_indices[20]
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])

@@ -180,3 +180,21 @@ def test_levels_equal_to_samples_give_no_caps_below_them(rng):
         np.testing.assert_allclose(beside, distances, atol=1e-5)
         found += len(points)
     assert found > 20
+
+
+def test_the_thickness_where_planes_meet():
+    """A ball may leave a corner by the ripple r: its radius is r / (sqrt(3) - 1), if the solid is not too thin."""
+    solid = isospline.Volume(np.ones((12, 12, 12)))
+    for lower, upper, ripple in (((2, 2, 2), (6, 6, 6), 0.5), ((1.3, 2.1, 3.7), (9.4, 7.2, 8.8), 0.2)):
+        surface = isospline.Isosurface(solid, 0.5, clip=isospline.Box(lower, upper), capped=True)
+        corners = np.stack(np.meshgrid(*zip(lower, upper)), axis=-1).reshape(-1, 3)
+        np.testing.assert_allclose(surface.thickness(corners, ripple=ripple), 2 * ripple / (np.sqrt(3) - 1), rtol=0.02)
+    closed = isospline.Isosurface(solid, 0.5, closed=True)
+    assert closed.thickness((-0.5, -0.5, -0.5), ripple=0.5) == pytest.approx(1 / (np.sqrt(3) - 1), rel=0.02)
+
+    field = isospline.volumes.torus(0.6, 0.25)
+    cut = isospline.HalfSpace((0, 0, 0), (1, 0, 0))
+    half = isospline.Isosurface(field.volume(24), field.level, clip=cut, capped=True)
+    vertices = half.to_mesh().vertices
+    rim = vertices[np.abs(vertices[:, 0]) < 1e-6][:40]
+    np.testing.assert_allclose(half.thickness(rim), half.thickness(rim + (1e-6, 0, 0)), rtol=0.1)

@@ -212,6 +212,20 @@ def test_bad_distances():
         isospline.surface_distance(sphere(0.7), sphere(0.5), samples=1)
     with pytest.raises(ValueError, match="tolerance: expected a finite number above 0"):
         isospline.surface_distance(sphere(0.7), sphere(0.5), tolerance=0)
+    with pytest.raises(TypeError, match="tolerance: expected a number, got 'a'"):
+        isospline.surface_distance(sphere(0.7), sphere(0.5), tolerance="a")
+    for count in (100.5, "a"):
+        with pytest.raises(TypeError, match="samples: expected a whole number, got"):
+            isospline.surface_distance(sphere(0.7), sphere(0.5), samples=count)
+
+
+def test_bad_hausdorff_distances_name_the_argument(monkeypatch):
+    flat = isospline.Mesh([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)])
+    monkeypatch.setattr(isospline.distances, "surface_distance", None)  # neither direction is measured
+    with pytest.raises(TypeError, match="other: expected an Isosurface or a Mesh, got Scene"):
+        isospline.hausdorff_distance(sphere(0.7), isospline.Scene([sphere(0.5)]))
+    with pytest.raises(ValueError, match="other: expected a surface with points to sample, got a mesh without area"):
+        isospline.hausdorff_distance(sphere(0.7), flat)
 
 
 def test_signed_distances_and_their_quantiles():

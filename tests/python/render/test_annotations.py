@@ -8,11 +8,16 @@ from spheres import mesh_sphere, sphere
 import isospline
 from isospline.base.values import part
 from isospline.colors import linear_to_srgb
-from isospline.picture.annotations import font_for, ticks
+from isospline.picture.annotations import font_for, labels_of, ticks
 from isospline.picture.cameras import camera_beside, cameras_around
 
 SIZE = (320, 240)
 RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))
+
+
+DISTORTED = isospline.ProjectionPlaneCamera.from_opencv(
+    [(300, 0, 159.5), (0, 300, 119.5), (0, 0, 1)], (0, 0, 0), (-11.5, -11.5, 40), SIZE, distortion=[0.05, 0, 0, 0]
+)
 
 
 def test_marks_are_dark_on_bright_and_bright_on_dark():
@@ -52,6 +57,23 @@ def test_the_colors_of_a_colour_bar(limits):
     np.testing.assert_allclose(image.to_srgb()[first, column, :3], 255 * linear_to_srgb(expected[0]), atol=0.51)
 
 
+@pytest.mark.parametrize("kind", ["perspective", "panorama", "eye in the box"])
+def test_the_bar_of_depth_has_the_limits_of_the_picture(kind):
+    scene, eye = isospline.Scene([sphere()]), np.array((11.5, 3.0, 11.5))
+    corners = np.stack(np.meshgrid(*scene.bounds.T), axis=-1).reshape(-1, 3)
+    if kind == "panorama":
+        camera, depths = isospline.PanoramicCamera(eye, (11.5, 11.5, 11.5)), np.linalg.norm(corners - eye, axis=1)
+    else:
+        eye[1] -= 30 if kind == "perspective" else 0
+        camera, depths = isospline.PerspectiveCamera(eye, (11.5, 11.5, 11.5)), np.maximum(corners[:, 1] - eye[1], 0)
+    options = {"size": SIZE, "background": "white", "annotate": ("colorbar",)}
+    shown, expected = (
+        isospline.render(scene, camera, color=isospline.ColorByDepth("viridis", limits=limits), **options)
+        for limits in (None, (depths.min(), depths.max()))
+    )
+    np.testing.assert_allclose(shown.color, expected.color, atol=1e-6)
+
+
 def test_every_color_rule_has_its_own_bar():
     scene = isospline.Scene([sphere(), mesh_sphere(3.0, 16)])
     looks = {0: isospline.Phong(color=RAMP), 1: isospline.Phong(color=isospline.ColorByDepth())}
@@ -72,11 +94,28 @@ def test_a_path_traced_picture_has_marks():
 def test_ticks_are_round_and_few():
     assert ticks(0, 100) == [0, 20, 40, 60, 80, 100]
     assert ticks(-0.5, 0.5) == [-0.4, -0.2, 0, 0.2, 0.4]
+    assert ticks(0, 5e-13) == [0, 1e-13, 2e-13, 3e-13, 4e-13, 5e-13]
+    assert ticks(100000, 100001) == [100000, 100000.2, 100000.4, 100000.6, 100000.8, 100001]
     for lower, upper in np.random.default_rng(3).normal(size=(200, 2)) * 10.0 ** np.arange(-5, 5).repeat(20)[:, None]:
         found = ticks(lower, upper)
         assert 2 <= len(found) <= 6
         assert min(found) >= min(lower, upper) - 1e-9 * abs(upper - lower)
         assert max(found) <= max(lower, upper) + 1e-9 * abs(upper - lower)
+
+
+@pytest.mark.parametrize(
+    ("limits", "expected"),
+    [
+        ((0, 5e-13), "0 1e-13 2e-13 3e-13 4e-13 5e-13"),
+        ((101326, 101325), "101325 101325.2 101325.4 101325.6 101325.8 101326"),
+        ((1e6, 1e6 + 10), "1000000 1000002 1000004 1000006 1000008 1000010"),
+        ((1, 1 + 1e-15), "1 1.0000000000000007 1.000000000000001"),
+        ((0, 1e7), "0 2e+06 4e+06 6e+06 8e+06 1e+07"),
+        ((-0.5, 0.5), "-0.4 -0.2 0 0.2 0.4"),
+    ],
+)
+def test_the_labels_of_a_colour_bar_are_its_ticks(limits, expected):
+    assert " ".join(labels_of(ticks(*limits))) == expected
 
 
 @pytest.mark.parametrize(
@@ -88,11 +127,24 @@ def test_ticks_are_round_and_few():
             dict(annotate=("scale_bar",), camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))),
             "^annotate: scale_bar cannot be combined with a panorama",
         ),
+        (
+            dict(annotate=("scale_bar",), camera=DISTORTED),
+            "^annotate: scale_bar cannot be combined with a lens with distortion, which has no scale$",
+        ),
     ],
 )
 def test_marks_that_make_no_sense(options, message):
     with pytest.raises(ValueError, match=message):
         isospline.render(sphere(), size=(16, 9), **options)
+
+
+@pytest.mark.parametrize("camera", [DISTORTED, isospline.PanoramicCamera((11.5, -30, 11.5), (11.5, 0, 11.5))])
+def test_cameras_without_a_scale_have_no_scale_bar(camera):
+    plain = isospline.render(sphere(), camera, size=SIZE, annotate=False)
+    assert plain.to_srgb()[..., 3].any()
+    for options in ({}, {"annotate": True}):
+        marked = isospline.render(sphere(), camera, size=SIZE, unit="mm", **options)
+        np.testing.assert_array_equal(marked.color, plain.color)
 
 
 def test_small_pictures_take_marks():

@@ -27,7 +27,7 @@ def shown(camera, **options):
 @pytest.mark.parametrize("distance", [40.0, 123.4, 1000.0])
 def test_the_scale_bar_of_a_perspective(distance):
     camera = isospline.PerspectiveCamera((11.5, 11.5 - distance, 11.5), (11.5, 11.5, 11.5), field_of_view=30)
-    length, pixels = scale_bar(camera, SIZE)
+    length, pixels = scale_bar(camera, SIZE, isospline.Scene(sphere()).extent)
     expected = length / (2 * distance * np.tan(np.radians(15))) * SIZE[1]
     assert pixels == pytest.approx(expected, rel=1e-9) and 0.08 * SIZE[0] <= pixels <= 0.25 * SIZE[0]
     plain, image = shown(camera)
@@ -39,18 +39,33 @@ def test_the_scale_bar_of_a_perspective(distance):
 @pytest.mark.parametrize("height", [0.07, 30.0, 4e4])
 def test_the_scale_bar_of_parallel_rays(height):
     camera = isospline.OrthographicCamera((11.5, -90, 11.5), (11.5, 11.5, 11.5), height=height)
-    length, pixels = scale_bar(camera, SIZE)
+    extent = isospline.Scene(sphere()).extent
+    length, pixels = scale_bar(camera, SIZE, extent)
     assert pixels == pytest.approx(length / height * SIZE[1], rel=1e-9)
     mantissa = length / 10 ** np.floor(np.log10(length) + 1e-9)
     assert min(abs(mantissa - each) for each in (1, 2, 5)) < 1e-9
     # Another size of the same picture has the same length, in as many pixels as it has more.
-    assert scale_bar(camera, (640, 480)) == pytest.approx((length, 2 * pixels))
+    assert scale_bar(camera, (640, 480), extent) == pytest.approx((length, 2 * pixels))
 
 
 def test_the_scale_bar_of_the_papers_camera():
-    camera = isospline.ProjectionPlaneCamera((0, -5, 0), center=(0, 0, 0), right=(1.6, 0, 0), down=(0, 0, -0.9))
-    length, pixels = scale_bar(camera, (160, 90))
-    assert pixels == pytest.approx(length * 100)
+    # Its plane may be anywhere, so that the scale is that of the middle of the objects in front of the eye.
+    eye, near, far = np.array((0, -5, 0)), block(1, 2, 1), block(1, 9, 1)
+    for distance in (1.0, 5.0):
+        plane = dict(right=(0.32 * distance, 0, 0), down=(0, 0, -0.18 * distance))
+        camera = isospline.ProjectionPlaneCamera(eye, center=eye + (0, distance, 0), **plane)
+        for shape, offset, depth in ((near, 0, 6), (far, 0, 9.5), (far, -9, 2.5), (near, -90, distance)):
+            scene = isospline.Scene()
+            scene.add(shape, transform=[(1, 0, 0, 0), (0, 1, 0, offset), (0, 0, 1, 0), (0, 0, 0, 1)])
+            length, pixels = scale_bar(camera, (160, 90), scene.extent)
+            assert pixels == pytest.approx(length * 500 / depth)
+    assert scale_bar(camera, (160, 90), isospline.Scene().extent) == pytest.approx((0.2, 20))
+
+
+def test_a_perspective_and_its_calibration_have_the_same_scale_bar():
+    given, extent = isospline.camera_for(sphere(), size=SIZE), isospline.Scene(sphere()).extent
+    camera = isospline.ProjectionPlaneCamera.from_opencv(*given.to_opencv(SIZE), SIZE)
+    assert scale_bar(camera, SIZE, extent) == pytest.approx(scale_bar(given, SIZE, extent))
 
 
 BALL = mesh_sphere(1.0, 32)

@@ -196,6 +196,14 @@ def trunk():
     return values.astype(np.int16)
 
 
+@pytest.mark.parametrize("degree", [0, 4, 5])
+def test_masks_are_for_degrees_that_have_isosurfaces(degree):
+    volume = isospline.Volume(np.zeros((8, 8, 8)), degree=degree)  # of which nothing is left out
+    with pytest.raises(ValueError, match=f"volume: expected a degree of 1, 2 or 3, got {degree}"):
+        isospline.suggest_mask(volume)
+    assert isospline.suggest_view(volume) == USUAL
+
+
 def test_a_trunk_contradicts_the_directions_of_an_array_only():
     front, back = (-0.45, -1, 0.3), (0.45, 1, 0.3)
     directions = {

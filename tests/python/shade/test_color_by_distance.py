@@ -82,11 +82,16 @@ def test_the_objects_are_those_of_the_moment_and_come_back():
     surface = sphere(8.0)
     rule = isospline.ColorByDistance(surface, limits=(-4, 4), label="deviation in mm")
     before = colors(BOX, rule)[1]
+    without_limits = rule.replace(limits=None)
+    fitted = colors(BOX, without_limits)[1]
     surface.level = 36.0
-    np.testing.assert_array_equal(colors(BOX, rule)[1], before)
-    assert rule.other is rule.other and rule.other.ids == [0]
-    assert rule == rule.replace(label="deviation in mm") != rule.replace(limits=(0, 1))
+    rule.other.object(0).level = 36.0
     again = pickle.loads(pickle.dumps(rule))
+    for each in (rule, rule.replace(label="deviation"), again):
+        np.testing.assert_array_equal(colors(BOX, each)[1], before)
+    np.testing.assert_array_equal(colors(BOX, without_limits)[1], fitted)
+    assert rule.other.ids == [0] and rule.other.object(0).level != 36
+    assert rule == rule.replace(label="deviation in mm") != rule.replace(limits=(0, 1))
     assert (again.signed, again.limits, again.label) == (True, (-4, 4), "deviation in mm")
     shown = "other=Scene(1 objects), cmap=array(256, 3), limits=(-4, 4), signed=True, label='deviation in mm'"
     assert repr(rule) == f"ColorByDistance({shown})"

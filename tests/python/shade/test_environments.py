@@ -47,6 +47,33 @@ def test_hdr_is_read_as_it_was_written(tmp_path, sky):
     assert (got[0, 0] == 0).all() and got[1, 1, 0] == pytest.approx(500, rel=1 / 128)
 
 
+@pytest.mark.parametrize("axes, y, x", [("+Y 8 +X 16", -1, 1), ("-Y 8 -X 16", 1, -1), ("+Y 8 -X 16", -1, -1)])
+def test_hdr_that_is_mirrored_stands_upright(tmp_path, sky, axes, y, x):
+    write_hdr(tmp_path / "sky.hdr", sky)
+    write_hdr(tmp_path / "mirrored.hdr", sky[::y, ::x])
+    content = (tmp_path / "mirrored.hdr").read_bytes()
+    (tmp_path / "mirrored.hdr").write_bytes(content.replace(b"-Y 8 +X 16", axes.encode()))
+    got, expected = (isospline.read_environment(tmp_path / name) for name in ("mirrored.hdr", "sky.hdr"))
+    np.testing.assert_array_equal(got, expected)
+
+
+@pytest.mark.parametrize("axes", ["+X 8 -Y 16", "-X 8 +Y 16", "+X 8 +Y 16", "-X 8 -Y 16"])
+def test_hdr_by_columns_is_refused(tmp_path, sky, axes):
+    write_hdr(tmp_path / "sky.hdr", sky)
+    content = (tmp_path / "sky.hdr").read_bytes()
+    (tmp_path / "sky.hdr").write_bytes(content.replace(b"-Y 8 +X 16", axes.encode()))
+    with pytest.raises(ValueError, match=r"sky\.hdr: expected an image stored by rows, got one stored by columns"):
+        isospline.read_environment(tmp_path / "sky.hdr")
+
+
+def test_the_display_window_of_exr_is_the_sphere(tmp_path, sky):
+    window, display = (tuple(np.int32(box)) for box in ([(4, -2), (19, 5)], [(0, 0), (15, 7)]))
+    write_exr(tmp_path / "sky.exr", {"RGB": sky}, dataWindow=window, displayWindow=display)
+    expected = np.zeros_like(sky)
+    expected[:6, 4:] = sky[2:, :12]
+    np.testing.assert_array_equal(isospline.read_environment(tmp_path / "sky.exr"), expected)
+
+
 def test_negative_values_are_black(tmp_path, sky):
     write_exr(tmp_path / "sky.exr", {"RGB": sky - 1})
     np.testing.assert_array_equal(isospline.read_environment(tmp_path / "sky.exr"), np.maximum(sky - 1, 0))

@@ -354,3 +354,18 @@ def test_surfaces_too_translucent_to_be_stored_are_not_seen():
     assert np.isfinite(image.color).all()
     row = image.color[SIZE[1] // 2, :, 3]
     assert row.max() > 1e-4 and (row[SIZE[0] // 2 - 5 : SIZE[0] // 2 + 5] == 0).all()
+
+
+def test_places_far_from_the_origin_look_the_same():
+    """Thin plates one above the other, at the origin and in coordinates of a map."""
+    z, y, x = np.mgrid[0:32, 0:32, 0:32] * 4 / 31 - 2
+    plates = np.maximum.reduce([np.minimum(0.12 - np.abs(z - c), 1.2 - np.hypot(x, y)) for c in (-0.8, -0.2, 0.4)])
+    pictures = []
+    for place in (np.zeros(3), np.array([2.0**19, 2.0**22, 256])):
+        volume = isospline.Volume(plates, spacing=4 / 31, origin=place - 2)
+        camera = isospline.PerspectiveCamera(place + (3, -5, 3.5), place)
+        surface = isospline.Isosurface(volume, 0.0)
+        pictures.append(
+            isospline.render(surface, camera, size=(80, 60), light=isospline.Studio()).to_srgb().astype(int)
+        )
+    assert np.abs(pictures[1] - pictures[0]).max() <= 1

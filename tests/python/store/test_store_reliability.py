@@ -66,8 +66,8 @@ def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, afte
     stopped(data, path, after, **SMALL)
     with pytest.raises(ValueError, match=r"b\.zarr: expected a complete store"):
         read_metadata(path)
-    # A file that a killed process was writing.
-    (path / "coefficients" / "0" / "c.0123456789abcdef.partial").write_bytes(b"half")
+    if files:  # one that a killed process was writing
+        (path / "coefficients" / "0" / "c.0123456789abcdef.partial").write_bytes(b"half")
     times = {file: file.stat().st_mtime_ns for file in path.rglob("*") if "c" in file.parts and file.is_file()}
     isospline.convert(data, path, **SMALL)
     assert contents(path) == contents(made)
@@ -91,8 +91,12 @@ def test_options_that_differ_are_refused(data, tmp_path):
             isospline.convert(data, path, **SMALL | options)
     with pytest.raises(ValueError, match="expected source as in the conversion that was begun"):
         isospline.convert(data[:-1], path, **SMALL)
-    with pytest.raises(ValueError, match="source: expected samples from 0.0 to 254.0.*got 0.0 to 255.0"):
+    with pytest.raises(
+        ValueError, match="source: expected the samples .*got others: their maximum is 255.0, not 254.0"
+    ):
         isospline.convert(np.where(data == 254, 255, data).astype(np.uint8), path, **SMALL)
+    with pytest.raises(ValueError, match="source: expected the samples .*got others: their digest is"):
+        isospline.convert(data[:, :, ::-1], path, **SMALL)
     isospline.convert(data, path, **SMALL)
     with pytest.raises(FileExistsError, match=r"a\.zarr: expected no store, or an incomplete one"):
         isospline.convert(data, path, **SMALL)
@@ -117,6 +121,26 @@ def test_nothing_but_a_store_is_overwritten(data, tmp_path):
     assert (folder / "thesis.tex").read_text(encoding="utf-8") == "dear"
     with pytest.raises(FileNotFoundError, match="expected a folder that exists"):
         isospline.convert(data, tmp_path / "no" / "a.zarr")
+
+
+@pytest.mark.parametrize("given", ["a path", "an array", "a link"])
+def test_a_store_is_not_replaced_by_itself(store, tmp_path, given):
+    (tmp_path / "link").symlink_to(store)
+    source = zarr.open_array(store, path="0") if given == "an array" else store
+    with pytest.raises(ValueError, match="^out: expected another folder than that of the source, got .*zarr"):
+        isospline.convert(source, tmp_path / "link" if given == "a link" else store, degree=3, overwrite=True)
+    assert read_metadata(store).degree == 2
+
+
+def test_compressed_samples_leave_no_copy_of_theirs(data, tmp_path):
+    tifffile = pytest.importorskip("tifffile")
+    tifffile.imwrite(tmp_path / "a.tif", data, compression="zlib")
+    path = isospline.convert(tmp_path / "a.tif", tmp_path / "a.zarr", spacing=1, **SMALL)
+    assert not (path / "staged").exists()
+    tifffile.imwrite(tmp_path / "nan.tif", np.where(data == 254, np.nan, data).astype(np.float32), compression="zlib")
+    with pytest.raises(ValueError, match="expected finite numbers, got nan"):
+        isospline.convert(tmp_path / "nan.tif", path, overwrite=True, spacing=1, **SMALL)
+    assert not (path / "staged").exists() and read_metadata(path).scales[0].maximum == data.max()
 
 
 def test_a_store_is_kept_where_a_new_one_cannot_be_made(data, store):

@@ -75,6 +75,9 @@ def test_a_series_continues_after_an_interruption(steps, tmp_path):
     check(isospline.convert(steps, path, overwrite=True), steps)
     with pytest.raises(ValueError, match=r"expected one volume, got a time series of 3: open .*series\.zarr/t/0"):
         isospline.open_volume(path)
+    with pytest.raises(ValueError, match=r"series\.zarr: .*got the store of a time series: give a list of its steps"):
+        isospline.convert(path, tmp_path / "copy.zarr")
+    check(isospline.convert(time_steps(path), tmp_path / "copy.zarr"), steps)
     text = (path / "zarr.json").read_text(encoding="utf-8")
     (path / "zarr.json").write_text(text.replace("t/1", "../a"), encoding="utf-8")
     with pytest.raises(ValueError, match=r"series\.zarr: time_steps: expected t/0, t/1"):
@@ -84,6 +87,31 @@ def test_a_series_continues_after_an_interruption(steps, tmp_path):
     (path / "t" / "1").symlink_to(tmp_path / "other")
     with pytest.raises(ValueError, match=r"series\.zarr: t/1: expected a folder within the store"):
         time_steps(path)
+
+
+def test_steps_that_are_done_are_of_the_same_samples(steps, tmp_path):
+    with pytest.raises(isospline.Cancelled):
+        isospline.convert(steps, tmp_path / "a.zarr", progress=lambda fraction: fraction < 0.5)
+    with pytest.raises(ValueError, match="got others: their digest is"):
+        isospline.convert(steps[:, :, ::-1, ::-1], tmp_path / "a.zarr")
+    files = [tmp_path / f"{number}.npy" for number in range(3)]
+    for file, data in zip(files, steps):
+        np.save(file, data)
+    with pytest.raises(isospline.Cancelled):
+        isospline.convert(files, tmp_path / "b.zarr", progress=lambda fraction: fraction < 0.5)
+    np.save(files[0], steps[1][:, ::-1])
+    with pytest.raises(ValueError, match="0: expected source as in the conversion that was begun"):
+        isospline.convert(files, tmp_path / "b.zarr")
+
+
+def test_a_series_is_kept_where_a_source_is_missing_or_in_it(steps, tmp_path):
+    path = isospline.convert(steps, tmp_path / "a.zarr")
+    np.save(tmp_path / "0.npy", steps[0])
+    with pytest.raises(FileNotFoundError):
+        isospline.convert([tmp_path / "0.npy", tmp_path / "1.npy"], path, overwrite=True)
+    with pytest.raises(ValueError, match="^out: expected another folder than that of the source"):
+        isospline.convert(time_steps(path), path, overwrite=True)
+    check(path, steps)
 
 
 OPTIONS = ["--fast", "--size", "40x30", "--quiet", "--level", "0"]

@@ -7,6 +7,7 @@ import isospline
 from isospline import volumes
 from isospline.viewer.document import Document, read_source
 from isospline.viewer.picture import PictureMaker, Stage, passes
+from isospline.viewer.save import save
 from isospline.viewer.script import script
 from isospline.viewer.session import open_session, read_session, session_of, write_session
 from isospline.viewer.state import CameraState, ViewState
@@ -51,14 +52,30 @@ def test_scales_follow_the_camera(opened, folder):
 
 
 @pytest.mark.parametrize("camera", [NEAR, FAR], ids=["near", "far"])
-def test_script_makes_the_very_picture(opened, camera, tmp_path, monkeypatch):
-    document, _, state = opened
+@pytest.mark.parametrize("shown", ["its colour", "values on a cut", "values of the store"])
+def test_script_makes_the_very_picture(opened, camera, shown, tmp_path, monkeypatch):
+    document, source, state = opened
     state = state.replace(camera=camera)
+    if shown == "values on a cut":
+        cut = {"kind": "plane", "point": (150.0, 20.0, 20.0), "normal": (0.0, 1.0, 0.3), "values": True}
+        state = state.replace(clip=state.clip.replace(**cut))
+    elif shown == "values of the store":
+        state = state.with_object(0, color_by=source.key, cmap="viridis", limits=(-0.5, 0.5))
     monkeypatch.chdir(tmp_path)
     known = {}
     exec(compile(script(document, state, SIZE), "picture.py", "exec"), known)
     image = PictureMaker(document).render(state, SIZE, passes(state)[-1])
     np.testing.assert_array_equal(known["image"].to_srgb(), image.to_srgb())
+
+
+def test_a_saved_mesh_is_that_of_the_finest_scale(folder, tmp_path):
+    with isospline.view(browser=False) as viewer:
+        viewer.open(folder)
+        state = viewer.state.replace(camera=NEAR, objects=()).with_new_object("source1", LEVEL)
+        name, content = save(viewer, "mesh", state, SIZE, {})
+    (tmp_path / name).write_bytes(content)
+    expected = isospline.Isosurface(isospline.open_volume(folder), LEVEL, closed=True).to_mesh()
+    assert len(isospline.read_mesh(tmp_path / name).faces) == len(expected.faces)
 
 
 def test_a_store_tells_whether_it_is_of_a_patient(opened, tmp_path):

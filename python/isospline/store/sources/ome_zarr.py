@@ -38,6 +38,9 @@ def open_zarr(
     node = load("load_node", path, "zarr", key=name or "")
     attributes = node["attributes"]
     if "isospline" in attributes and "ome" not in attributes:
+        if "time_steps" in attributes["isospline"]:
+            steps = "give a list of its steps, isospline.store.time_steps(path), or one of them"
+            raise ValueError(f"{printable(path)}: expected a volume, got the store of a time series: {steps}")
         raise ValueError(f"{printable(path)}: expected samples, got a store without them: open it with open_volume")
     if "shape" in node:
         return ChunkedSource(path, "zarr", name or "", ORDERS[axes]), None

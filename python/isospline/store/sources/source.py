@@ -34,7 +34,7 @@ class Source:
     patient : bool
         Whether the world is a patient's, as of a `VolumeData`.
     identity : dict
-        Distinguishes this source from others: names, sizes and times of files.
+        Distinguishes this source from others: names, sizes and times of files, the first one as `path`.
     """
 
     def __init__(self, shape: Any, dtype: Any, identity: Identity | None = None) -> None:
@@ -52,6 +52,11 @@ class Source:
     def frame(self) -> dict[str, ArrayLike]:
         """The place of the samples: spacing, origin and direction."""
         return {"spacing": self.spacing, "origin": self.origin, "direction": self.direction}
+
+    @property
+    def path(self) -> str | os.PathLike[str] | None:
+        """The file or the folder of the samples, if it is known."""
+        return self.identity.get("path")
 
     def read(self, box: Any) -> NDArray[Any]:
         """The samples of a box, ((first, one after the last) along z, y and x)."""
@@ -81,6 +86,10 @@ class ArraySource(Source):
         shape = tuple(array.shape)
         super().__init__(shape[::-1] if axes == "xyz" else shape, array.dtype, identity)
 
+    @property
+    def path(self) -> str | os.PathLike[str] | None:
+        return getattr(getattr(self._array, "store", None), "root", None)  # of an array of zarr-python
+
     def read(self, box: Any) -> NDArray[Any]:
         if self._axes == "xyz":
             return as_samples(np.asarray(self._array[slices_of(box[::-1])]).T)
@@ -94,6 +103,10 @@ class WithoutNan(Source):
         self._source, self._nan = source, float(nan)
         super().__init__(source.shape, source.dtype, {**source.identity, "nan": self._nan})
         self.move(**source.frame, unit=source.unit, patient=source.patient)
+
+    @property
+    def path(self) -> str | os.PathLike[str] | None:
+        return self._source.path
 
     def read(self, box: Any) -> NDArray[Any]:
         samples = self._source.read(box)
