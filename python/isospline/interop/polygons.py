@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 
+@np.errstate(invalid="ignore", over="ignore")  # of points that are not finite, which meshes refuse
 def cut_polygons(points, sizes, corners):
     """The triangles of polygons, in their order: a polygon of n corners has n - 2, with its own corners alone.
 

@@ -180,4 +180,8 @@ def test_polygons_without_an_inside_have_triangles_without_area():
     for polygon in ([0, 1, 2, 3], [0, 0, 0, 0, 0], [0, 2, 1, 4, 3, 5]):
         faces = cut_polygons(line, [len(polygon)], polygon)
         assert len(faces) == len(polygon) - 2 and not areas(line, faces).any()
+    for wrong in (np.nan, np.inf, 1.5e308):
+        points = np.array(ARROW, float)
+        points[1], points[3] = wrong, -wrong
+        assert cut_polygons(points, [5], range(5)).shape == (3, 3)
     assert cut_polygons(line, [1, 2, 3, 0], [0, 0, 1, 0, 1, 2]).tolist() == [[0, 1, 2]]
