@@ -124,15 +124,16 @@ class Field:
         Parameters
         ----------
         shape : int or (int, int, int)
-            As in `values`.
+            Samples along z, y and x, as in `values`.
         **options
-            Options of `isospline.Volume`, such as ``degree=3``.
+            Options of `isospline.Volume`, such as ``degree=3``. With ``axes="xyz"``, the model is the same.
 
         Returns
         -------
         Volume
         """
-        return Volume(self.values(shape), **{**self.grid(shape), **options})
+        values = self.values(shape)
+        return Volume(values.T if options.get("axes") == "xyz" else values, **{**self.grid(shape), **options})
 
     def grid(self, shape: Shape) -> Grid:
         """Spacing and origin, (x, y, z), of `values(shape)`: keyword arguments for `isospline.Volume`."""
@@ -268,7 +269,7 @@ def blobs(count: int = 24, seed: int = 0, width: float = 0.12) -> Field:
         return sum(np.exp(((points - center) ** 2).sum(-1) / (-2 * width**2)) for center in centers)
 
     def gradient(points):
-        total = np.zeros_like(points)
+        total = np.zeros(points.shape, np.result_type(points, float))
         for center in centers:
             offset = points - center
             total += offset * (np.exp((offset**2).sum(-1) / (-2 * width**2)) / -(width**2))[..., None]

@@ -121,6 +121,10 @@ void ProgressiveRenderer::resume(PathSums path_sums, const char* parameter, cons
         if (got != expected)
             throw_invalid(parameter, std::to_string(expected) + " " + what, got);
     };
+    if (!layers_.direct)
+        path_sums.directs.clear();
+    else if (path_sums.directs.empty())
+        throw_invalid(parameter, "one with the layer \"direct\"", "one without it");
     check("pixels", path_sums_.sums.size(), path_sums.sums.size());
     check("pixels of direct light", path_sums_.directs.size(), path_sums.directs.size());
     check("tiles", path_sums_.tile_samples.size(), path_sums.tile_samples.size());

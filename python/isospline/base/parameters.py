@@ -20,14 +20,14 @@ T = TypeVar("T")
 COUNT_LIMIT = 2**31 - 1
 
 
-def check_count(count: Any, parameter: str = "count", largest: int = COUNT_LIMIT) -> None:
-    """Check that a parameter is a whole number of at least 1; 3.0 is allowed."""
+def check_count(count: Any, parameter: str = "count", largest: int = COUNT_LIMIT, least: int = 1) -> None:
+    """Check that a parameter is a whole number of at least `least`; 3.0 is allowed."""
     if not isinstance(count, numbers.Real):
         raise TypeError(sentence(parameter, "a whole number", count))
     number: Any = count
-    if not (1 <= number <= largest and number % 1 == 0):
+    if not (least <= number <= largest and number % 1 == 0):
         most = f", and {largest} at most" if number > largest else ""
-        raise ValueError(f"{parameter}: expected a whole number of at least 1{most}, got {count!r}")
+        raise ValueError(f"{parameter}: expected a whole number of at least {least}{most}, got {count!r}")
 
 
 def check_seed(seed: Any) -> None:

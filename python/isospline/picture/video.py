@@ -26,8 +26,8 @@ _MP4 += ["-movflags", "+faststart", "-f", "mp4"]
 # A palette for each image, so that no image is kept; a regular pattern of dots, which does not flicker.
 _PALETTES = "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=bayer:bayer_scale=4"
 _GIF = ["-filter_complex", _PALETTES, "-loop", "0", "-f", "gif"]
-# Browsers show faster ones slowly: delays are in hundredths of a second, and 1 means 10.
-_GIF_RATE = 50
+# Delays are 16 bits, in hundredths of a second; browsers show faster ones slowly: a delay of 1 means 10.
+_GIF_RATES = 100 / 65535, 50
 
 
 @explained
@@ -47,7 +47,7 @@ def write_video(
         All of one size; of an MP4, of even width and height. A generator that renders them keeps one at a time in
         memory.
     fps : float
-        Images per second; of a GIF, at most 50.
+        Images per second; of a GIF, 0.00153 to 50.
     quality : float
         Of an MP4, from 0 to 10 (best).
 
@@ -158,6 +158,7 @@ def check(path: str | os.PathLike[str], size: tuple[int, int] | None, fps: float
     if not is_gif and size is not None and (size[0] % 2 or size[1] % 2):
         raise ValueError(f"size: expected an even width and height for a video, got {size[0]}x{size[1]}")
     check_rate(fps)
-    if is_gif and fps > _GIF_RATE:
-        raise ValueError(f"fps: expected at most {_GIF_RATE} images a second of a GIF, got {fps!r}")
+    if is_gif and not _GIF_RATES[0] <= fps <= _GIF_RATES[1]:
+        least, most = _GIF_RATES
+        raise ValueError(f"fps: expected {least:.3g} to {most:g} images a second of a GIF, got {fps!r}")
     return imageio_ffmpeg.get_ffmpeg_exe()

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import INVALID_ID, _as_array
+from ..base.parameters import check_count
 from ..base.signatures import explained_methods
 from ..interop.trimesh import check_trimesh, mesh_from_trimesh
 from .isosurface import Isosurface
@@ -123,7 +124,7 @@ class RayMeshIntersector:
         multiple_hits : bool
             Whether to return all crossings of a ray, or only the first hit, which may be a touch.
         max_hits : int, optional
-            The largest number of crossings of a ray; the first ones are returned.
+            The largest number of crossings of a ray, 0 or more; the first ones are returned.
         return_locations : bool
             Whether to return the positions as well.
 
@@ -139,9 +140,13 @@ class RayMeshIntersector:
         Raises
         ------
         ValueError
-            For different numbers of origins and directions, and numbers that are not finite.
+            For different numbers of origins and directions, numbers that are not finite, and `max_hits` below 0.
         """
         rays, rows, _ = _rays(ray_origins, ray_directions)
+        if max_hits is not None:
+            check_count(max_hits, "max_hits", least=0)
+        if max_hits == 0:
+            rays, rows = rays[:0], rows[:0]
         if multiple_hits:
             crossings = self.scene.list_intersections(rays)
             index_ray, index_tri, t = crossings["ray_ids"], crossings["primitive_ids"], crossings["t_hit"]

@@ -85,6 +85,8 @@ def is_only_plate(grid: Grid) -> bool:
     if not len(sizes) or sizes[0] < (1 - _OBJECT) * sizes.sum():
         return False
     places = np.argwhere(numbers == 0)
+    if len(places) < 3:  # no plane
+        return False
     if not ((places.min(axis=0) == 0) | (places.max(axis=0) == np.array(numbers.shape) - 1)).any():
         return False
     spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov((places * grid.spacing).T)), 0))

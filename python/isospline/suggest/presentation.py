@@ -63,7 +63,7 @@ class Presentation:
         return self.level if self.body_level is None and self.left_out else self.body_level
 
     def mask(self, volume: Volume) -> NDArray[np.bool_] | None:
-        """The samples of a volume to which the surface is confined, or None."""
+        """The samples of a volume to which the surface is confined, of the shape of its data, or None."""
         if self.confined_at is None:
             return None
         mask = np.ones(index_shape(volume)[::-1], bool)
@@ -75,7 +75,8 @@ class Presentation:
                 holder = holder.repeat(step, axis=axis)
             missing = [(0, max(0, count - held)) for count, held in zip(mask.shape, holder.shape)]
             mask &= ~np.pad(holder, missing, mode="edge")[tuple(slice(count) for count in mask.shape)]
-        return mask if self.body_level is None else mask & body_mask(volume, self.body_level, mask, self.inside)
+        given = mask if volume.axes == "zyx" else mask.T
+        return given if self.body_level is None else given & body_mask(volume, self.body_level, given, self.inside)
 
 
 def body_mask(volume: Volume, level: float, within: Any = None, inside: Inside = "above") -> NDArray[np.bool_]:
@@ -100,7 +101,7 @@ def suggest_mask(volume: Volume, *, inside: Inside = "above") -> NDArray[np.bool
 
     Returns
     -------
-    (nz, ny, nx) bool array or None
+    bool array of the shape of the volume's data, or None
         None if nothing is left out.
 
     Raises

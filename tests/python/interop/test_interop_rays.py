@@ -92,6 +92,16 @@ def test_points_inside_are_those_of_trimesh(shape, rng):
     np.testing.assert_array_equal(RayMeshIntersector(shape).contains_points(points), expected)
 
 
+@pytest.mark.parametrize("wrong", [-3, 1.5, float("nan")])
+def test_max_hits_is_a_whole_number(wrong):
+    intersector = isospline.RayMeshIntersector(trimesh.creation.box())
+    for multiple_hits in (True, False):
+        with pytest.raises(ValueError, match="^max_hits: expected a whole number of at least 0, got"):
+            intersector.intersects_id([(0, 0, 5)], [(0, 0, -1)], multiple_hits=multiple_hits, max_hits=wrong)
+        found = intersector.intersects_id([(0, 0, 5)], [(0, 0, -1)], multiple_hits=multiple_hits, max_hits=0)
+        assert [len(each) for each in found] == [0, 0]
+
+
 def test_max_hits_keeps_the_first_ones(shape, rng):
     origins, directions = rays_at(shape, rng)
     intersector = RayMeshIntersector(shape)

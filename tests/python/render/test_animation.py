@@ -244,7 +244,8 @@ def test_bad_animations(surface, folder):
     refused(ValueError, "^samples: expected a whole number", samples=0)
     if pytest.importorskip("imageio_ffmpeg"):
         refused(FileNotFoundError, "expected a folder that exists", "no/a.gif")
-        refused(ValueError, "^fps: expected at most 50 images a second of a GIF, got 60", "a.gif", fps=60)
+        refused(ValueError, "^fps: expected 0.00153 to 50 images a second of a GIF, got 60", "a.gif", fps=60)
+        refused(ValueError, "^fps: expected 0.00153 to 50 images a second of a GIF, got 0.001", "a.gif", fps=0.001)
         refused(ValueError, "^size: expected an even width and height", "a.mp4", size=(31, 24))
 
 

@@ -210,6 +210,14 @@ def test_background_and_layers_may_change(whole, path):
     assert second.image == expected.image
 
 
+def test_a_checkpoint_may_have_more_layers(path):
+    make_renderer(layers=("direct",)).run(2, checkpoint=path)
+    renderer, expected = make_renderer(layers=()), make_renderer(layers=())
+    renderer.load_checkpoint(path)
+    expected.step(2)
+    assert renderer.samples == 2 and renderer.image == expected.image
+
+
 def others():
     """Renderers of other pictures, and the difference between them."""
     other_volume = isospline.Volume(FIELD.values(32) + 1e-3, **FIELD.grid(32))
@@ -249,7 +257,7 @@ def test_a_checkpoint_of_another_picture_is_refused_by_name(what, path):
 
 def test_a_checkpoint_without_direct_light_is_refused(path):
     make_renderer(layers=()).run(2, checkpoint=path)
-    with pytest.raises(ValueError, match="^checkpoint: expected 3500 pixels of direct light"):
+    with pytest.raises(ValueError, match='^checkpoint: expected one with the layer "direct", got one without it'):
         make_renderer().load_checkpoint(path)
 
 

@@ -80,6 +80,30 @@ def test_what_lies_on_a_plate_is_shown_without_it(bodies, name, turn):
     assert mask.shape == volume.shape and 0 < np.count_nonzero(~mask) < 0.3 * mask.size
 
 
+@pytest.mark.parametrize("is_patient", [False, True])
+def test_the_order_of_axes_does_not_matter(is_patient):
+    z, y, x = np.mgrid[0:40, 0:44, 0:52]
+    values = np.where((z - 22) ** 2 + 1.3 * (y - 18) ** 2 + (x - 19) ** 2 < 150, 100.0, -1000.0 if is_patient else 0.0)
+    values[1:4] = 100
+    volumes = [
+        isospline.Volume(values, patient=is_patient),
+        isospline.Volume(values.T, axes="xyz", patient=is_patient),
+    ]
+    masks = [isospline.suggest_mask(volume) for volume in volumes]
+    np.testing.assert_array_equal(masks[1], masks[0].T)
+    assert not masks[0].all() and isospline.suggest_view(volumes[0]) == isospline.suggest_view(volumes[1])
+    pictures = [isospline.render(volume, size=(24, 18)).color for volume in volumes]
+    np.testing.assert_array_equal(*pictures)
+
+
+@pytest.mark.parametrize("hot", [[(0, 20, 30)], [(0, 20, 30), (0, 20, 31)]])
+def test_hot_samples_at_the_border_are_no_plate(rng, hot):
+    values = rng.normal(100, 3, (20, 25, 40)).astype(np.uint16)
+    for each in hot:
+        values[each] = 65535
+    assert isospline.render(isospline.Volume(values), size=(20, 20)).size == (20, 20)
+
+
 def test_a_plate_that_ends_within_the_volume_is_kept(bodies):
     volume = isospline.Volume(bodies["ball on a saucer"][::-1])
     assert isospline.suggest_mask(volume) is None

@@ -71,3 +71,17 @@ def test_samples_are_the_values_at_voxel_centres():
     np.testing.assert_allclose(data, field.value(points), atol=1e-12)
     np.testing.assert_allclose(points.min((0, 1, 2)) - np.array(grid["spacing"]) / 2, -1)
     assert field.values(2).shape == (2, 2, 2)
+
+
+def test_a_field_is_at_its_place_in_any_order_of_axes():
+    points = np.array([(0.6, 0, 0), (0, 0, 0.6), (0.1, -0.5, 0.2)])
+    field = volumes.torus()
+    first, second = (field.volume((16, 24, 32), axes=axes) for axes in ("zyx", "xyz"))
+    np.testing.assert_array_equal(first.bounds, second.bounds)
+    np.testing.assert_array_equal(first.sample(points), second.sample(points))
+
+
+def test_gradients_at_whole_numbers():
+    for make in (volumes.blobs, volumes.waves, volumes.heart, volumes.sphere):
+        field = make()
+        np.testing.assert_array_equal(field.gradient(np.array([[1, 0, 0]])), field.gradient(np.array([[1.0, 0, 0]])))
