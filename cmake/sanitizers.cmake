@@ -12,11 +12,7 @@ if(ISOSPLINE_SANITIZE)
   target_compile_options(isospline_sanitizers INTERFACE ${sanitizer_options})
   target_link_options(isospline_sanitizers INTERFACE ${sanitizer_options})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # Code that sanitizers insert between a value and its use causes false warnings. Where memory is checked by calls and
-    # values of variables are not tracked, code for SIMD lanes compiles in a fifth of the time.
+    # Code that sanitizers insert between a value and its use causes false warnings.
     target_compile_options(isospline_sanitizers INTERFACE -Wno-maybe-uninitialized -fno-var-tracking)
-    if(ISOSPLINE_SANITIZE MATCHES "address")
-      target_compile_options(isospline_sanitizers INTERFACE --param=asan-instrumentation-with-call-threshold=0)
-    endif()
   endif()
 endif()
