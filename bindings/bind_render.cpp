@@ -100,15 +100,16 @@ std::pair<RenderOptions, std::vector<Look>> as_looks(RenderOptions options, std:
     return {std::move(options), std::move(looks)};
 }
 
-/// The linear images of a scene over no background in several looks; the first one has layers, with positions relative
-/// to the eye. Their light is a mean over neighbouring pixels: seen_parts().
+/// The linear images of a scene over no background in several looks; the first one has layers. Their light is a mean
+/// over neighbouring pixels: seen_parts().
 std::vector<std::unique_ptr<Image>> render_scene_in_looks(Scene& scene, const Camera& camera, std::array<int, 2> size,
                                                           std::vector<GivenShading> shadings, int samples,
                                                           const py::object& layers, int ambient_occlusion_samples,
-                                                          const Crop& crop, const py::object& progress)
+                                                          const Crop& crop, const py::object& progress,
+                                                          bool positions_from_eye)
 {
     RenderOptions given = as_options(size, py::none(), samples, layers, ambient_occlusion_samples, "linear", crop);
-    given.positions_from_eye = true;
+    given.positions_from_eye = positions_from_eye;
     const auto [options, further] = as_looks(std::move(given), std::move(shadings));
     std::vector<std::unique_ptr<Image>> images;
     with_snapshot(scene, options, further, progress, [&](const SceneSnapshot& snapshot, const Progress& report) {
@@ -188,7 +189,8 @@ void bind_render(py::module_& module)
                py::arg("tone") = py::none());
     module.def("render_looks", &render_scene_in_looks, py::arg("scene"), py::arg("camera"), py::kw_only(),
                py::arg("size"), py::arg("shadings"), py::arg("samples"), py::arg("layers"),
-               py::arg("ambient_occlusion_samples"), py::arg("crop"), py::arg("progress"));
+               py::arg("ambient_occlusion_samples"), py::arg("crop"), py::arg("progress"),
+               py::arg("positions_from_eye") = false);
     module.def("render_again", &render_scene_again, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shadings"), py::arg("images"), py::arg("samples"), py::arg("mask"), py::arg("step"),
                py::arg("crop"), py::arg("progress"));

@@ -465,6 +465,7 @@ def render_looks(
     ambient_occlusion_samples: int,
     crop: tuple[int, int, int, int] | None,
     progress: Any,
+    positions_from_eye: bool = False,
 ) -> list[Image]: ...
 def render_part(
     scene: Scene,

@@ -98,7 +98,7 @@ class Passes:
 
     def pictures(self, scene: Scene, looks: Sequence[Looks], until: float) -> list[Image]:
         """Pictures in several looks with one ray through each pixel; the first has the layers of its centre."""
-        options: dict[str, Any] = {"layers": _GUIDES, "samples": 1, **self._options}
+        options: dict[str, Any] = {"layers": _GUIDES, "positions_from_eye": True, "samples": 1, **self._options}
         options.update(ambient_occlusion_samples=self._occlusion_samples, progress=self._progress(until))
         return [Image(each) for each in _core.render_looks(scene, self._camera, shadings=looks, **options)]
 
