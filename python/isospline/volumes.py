@@ -28,6 +28,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from .base.parameters import check_count
 from .base.signatures import explained, explained_methods
+from .base.values import itself
 from .scene import Volume
 
 __all__ = ["Field", "blobs", "gyroid", "heart", "marschner_lobb", "sphere", "torus", "waves"]
@@ -64,6 +65,8 @@ class Field:
     gradient: Callable[[NDArray[Any]], NDArray[Any]]
     level: float
     _recipe: tuple[str, tuple[Any, ...]] | None = field(default=None, repr=False, init=False)
+
+    __copy__ = itself
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Field) and self._key() == other._key()

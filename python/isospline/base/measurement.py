@@ -10,6 +10,7 @@ from typing import Any
 from .handed import handed
 from .parameters import check_type
 from .signatures import explained_methods
+from .values import itself
 
 
 @explained_methods
@@ -48,6 +49,7 @@ class Measurement:
 
     # NumPy's numbers leave the arithmetic to this class.
     __array_ufunc__ = None
+    __copy__ = itself
 
     def __post_init__(self) -> None:
         for name in ("value", "error"):

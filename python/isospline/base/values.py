@@ -97,7 +97,7 @@ def _reduce(self):
     return _make, (type(self), parts(self))
 
 
-def _itself(self, memo=None):
+def itself(self, memo=None):
     """The copy of a value that never changes."""
     return self
 
@@ -182,7 +182,7 @@ for _name, _method in {
     "__eq__": _equal,
     "__hash__": _hash,
     "__reduce__": _reduce,
-    "__copy__": _itself,
-    "__deepcopy__": _itself,
+    "__copy__": itself,
+    "__deepcopy__": itself,
 }.items():
     setattr(_core.PathTracer, _name, _method)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 
 import numpy as np
@@ -12,10 +13,9 @@ from ..base.views import SIZE
 from ..interop.mesh_output import MESHES
 from ..interop.mesh_topology import equal_rows
 from ..picture.sequences import check_folder
-from ..suggest.presentation import suggested_surface
 from .given import MODEL, keywords, refuse_without
 from .levels import choose_levels, make_surfaces
-from .picture import add_inside, add_largest
+from .store import opened
 from .summary import unit_power
 from .write import writing
 
@@ -23,14 +23,14 @@ from .write import writing
 QUANTILES = (50, 95, 99)
 
 
-def add_compare(commands, compare, add_input, add_spline, types):
+def add_compare(commands, compare, add_input, add_model, types):
     """The command and its options."""
     command = commands.add_parser(
         "compare", help="print the distances of an isosurface from a mesh or another isosurface, and show them"
     )
     command.set_defaults(run=compare)
     add_input(command)
-    command.add_argument("other", metavar="OTHER", help=f"a mesh, {', '.join(MESHES)}, or another volume")
+    command.add_argument("other", metavar="OTHER", help=f"a mesh, {', '.join(MESHES)}, or another volume or store")
     command.add_argument("-o", "--output", metavar="OUT", help="picture of the distances to write: .png")
     command.add_argument("--table", metavar="OUT", help="table of points and distances to write: .csv")
     command.add_argument("--json", action="store_true", help="print JSON")
@@ -38,9 +38,7 @@ def add_compare(commands, compare, add_input, add_spline, types):
     group = command.add_argument_group("surfaces")
     group.add_argument("-l", "--level", type=float, action="append", help="of FILE; by default the suggested one")
     group.add_argument("--other-level", type=float, metavar="LEVEL", help="of OTHER; by default the suggested one")
-    add_spline(group, (1, 2, 3))
-    add_inside(group)
-    add_largest(group)
+    add_model(group)
     group = command.add_argument_group("distances")
     group.add_argument(
         "--unsigned", action="store_true", help="for a mesh that is not closed: no distance is negative, as inside"
@@ -67,12 +65,9 @@ def run(arguments, read, progress, say, unicode):
     is_mesh = arguments.other.lower().endswith(MESHES)
     if is_mesh and arguments.other_level is not None:
         raise ValueError(f"--other-level: expected a volume to compare with, got the mesh {arguments.other}")
-    data = read(arguments)
-    chosen = choose_levels(data, arguments, say)
-    volume = data.to_volume(**keywords(arguments, MODEL))
     with progress("comparing", arguments):
-        (surface,) = make_surfaces(volume, chosen, arguments, {}, say)
-        other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments)
+        surface = _surface(arguments, read, say)
+        other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments, say)
         if is_mesh and not arguments.unsigned and not is_closed(other):
             say(f"{arguments.other} is not closed, so signs of distances may be wrong; --unsigned leaves them out")
         found = isospline.surface_distance(
@@ -95,11 +90,21 @@ def is_closed(mesh):
     return np.array_equal(np.sort(there), np.sort(back))
 
 
-def _other_surface(arguments):
-    volume = isospline.read_volume(arguments.other).to_volume()
-    if arguments.other_level is None:
-        return suggested_surface(volume, **keywords(arguments, ["inside"]))
-    return isospline.Isosurface(volume, arguments.other_level, **keywords(arguments, ["inside"]))
+def _surface(arguments, read, say):
+    data = opened(arguments, read)
+    chosen = choose_levels(data, arguments, say)
+    (surface,) = make_surfaces(data.to_volume(**keywords(arguments, MODEL)), chosen, arguments, {}, say)
+    return surface
+
+
+def _other_surface(arguments, say):
+    """The surface of OTHER, with the same options except those of the level and of reading."""
+    level = None if arguments.other_level is None else [arguments.other_level]
+    options = {name: getattr(arguments, name) for name in (*MODEL, "inside", "largest")}
+    other = argparse.Namespace(file=arguments.other, level=level, **options)
+    return _surface(
+        other, lambda each: isospline.read_volume(each.file), lambda text: say(f"{arguments.other}: {text}")
+    )
 
 
 def _write_picture(arguments, surface, other, found):

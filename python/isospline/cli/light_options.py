@@ -213,19 +213,25 @@ def add_ground(group, color):
         help="a ground on which the scene stands; for phong, unlit, ambient-occlusion and path-trace; "
         "studio has its own",
     )
-    group.add_argument("--ground-color", type=color, metavar="COLOR", help="of the ground, as in --color (default 0.6)")
+    group.add_argument(
+        "--ground-color", type=color, metavar="COLOR", help="of the ground, as in --color (default #cbcbcb)"
+    )
 
 
 def add_tone(group):
     """The keyword arguments of `Image.tone_map`."""
     group.add_argument(
-        "--exposure", type=float, metavar="STOPS", help="twice the light for each stop (default 0); not for studio"
+        "--exposure",
+        type=float,
+        metavar="STOPS",
+        help="twice the light for each stop (default 0); not for studio and unlit",
     )
     group.add_argument(
         "--tone-map",
         choices=CURVES,
         help="how light that is too bright for displays is compressed: neutral keeps colours, "
-        "aces is like film, linear (default) clips; the background keeps its colour; not for studio, which does it",
+        "aces is like film, linear (default) clips; the background keeps its colour; not for unlit, nor for studio, "
+        "which does it",
     )
 
 

@@ -73,7 +73,7 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
     group = command.add_argument_group("surface")
     group.add_argument("-l", "--level", type=float, action="append", help=f"value on the surface; {_LEVEL}")
     add_mesh_options(group)
-    _add_model(group, _LARGEST)
+    _add_model(group)
     group.add_argument("--threads", type=cli_types.count, metavar="N", help="threads to use; by default all")
     _add_cuts(command)
     add_memory_limit(command)
@@ -94,14 +94,14 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
         action="append",
         help=f"value on the surface; repeated, one surface after the other; {_LEVEL}",
     )
-    _add_model(group, _LARGEST)
+    _add_model(group)
     add_labels(command)
     _add_cuts(command)
     add_memory_limit(command)
 
     _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
     add_convert(commands, convert, _add_reading, _add_spline, cli_types.numbers)
-    add_compare(commands, compare, _add_input, _add_spline, cli_types)
+    add_compare(commands, compare, _add_input, _add_model, cli_types)
     add_verify(commands, verify, _add_input)
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")
     _add_input(command, optional=True)
@@ -143,7 +143,7 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
         help="triangles to show as well, in the volume's world; FILE@X,Y,Z moves them, and FILE@MATRIX "
         "places them by a file with 4 x 4 numbers; may be repeated",
     )
-    _add_model(group, _LARGEST)
+    _add_model(group)
     add_labels(command).add_argument("--legend", action="store_true", help="draw names beside their colours")
 
     _add_cuts(command, closes=True)
@@ -276,10 +276,10 @@ def _add_spline(group, degrees):
     group.add_argument("--smoothing", type=float, metavar="WEIGHT", help="of the roughness, for --filter smoothing")
 
 
-def _add_model(group, largest):
+def _add_model(group):
     _add_spline(group, (1, 2, 3))
     add_inside(group)
-    add_largest(group, largest)
+    add_largest(group, _LARGEST)
 
 
 def _add_cuts(command, closes=False):

@@ -48,7 +48,7 @@ def add_inside(group):
     group.add_argument("--inside", choices=("above", "below"), help="the solid side of the level (default above)")
 
 
-def add_largest(group, default="all"):
+def add_largest(group, default):
     """Add the option for the number of components to keep."""
     group.add_argument(
         "--largest",

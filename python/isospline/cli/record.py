@@ -11,6 +11,7 @@ import isospline
 from ..base.system import whole_file
 from ..io.files import files_of
 from ..picture.sequences import PICTURES
+from ..scene.mesh_references import referenced_files
 
 #: Options that do not change a picture.
 _WITHOUT_EFFECT = ["run", "file", "output", "frames", "cameras", "quiet", "resume"]
@@ -69,8 +70,9 @@ def options_of(arguments):
 
 
 def identity(path, shape=None):
-    """Names, sizes and times of the files that a volume is read from, or of any other file."""
-    files = [(os.path.basename(file), os.stat(file)) for file in files_of(path, shape)]
+    """Names, sizes and times of the files that a volume or a mesh is read from, or of any other file."""
+    paths = [*files_of(path, shape), *referenced_files(path)]
+    files = [(os.path.basename(file), os.stat(file)) for file in paths]
     return [{"name": name, "bytes": status.st_size, "changed": status.st_mtime_ns} for name, status in files]
 
 

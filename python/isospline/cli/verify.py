@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..certificates import check, model_options, read_certificate, write_coefficients
+from .store import opened
 
 
 def add_verify(commands, verify, add_input):
@@ -23,7 +24,7 @@ def add_verify(commands, verify, add_input):
 def run(arguments, read):
     """Print what is proven."""
     certificate = read_certificate(arguments.certificate)
-    volume = read(arguments).to_volume(**model_options(certificate))
+    volume = opened(arguments, read).to_volume(**model_options(certificate))
     if arguments.coefficients:
         write_coefficients(volume, arguments.coefficients)
     check(certificate, volume)

@@ -87,6 +87,7 @@ def write_mesh(self, path, *, unit=None):
     if len(self.faces) == 0:
         raise ValueError(f"{printable(path)}: expected a mesh with faces, got none")
     three_mf.check_unit(unit)
+    _warn_of_lost(self, path, write)
     with library_of(f"{printable(path)}: Mesh.write"), whole_file(path) as temporary:
         if write in (_write_stl, _write_glb):
             write(self, temporary, _checked_offset(self, path))
@@ -114,6 +115,14 @@ def writer_of(path):
     if writer is None:
         raise ValueError(f"path: expected a name that ends in {', '.join(_WRITERS)}, got {printable(path)!r}")
     return writer
+
+
+def _warn_of_lost(mesh, path, write):
+    """Warn about numbers and colours of vertices that the format of a path does not have."""
+    parts = {"values": (mesh.values, (_write_ply,)), "colors": (mesh.colors, (_write_ply, _write_obj, _write_glb))}
+    lost = [name for name, (part, keeping) in parts.items() if part is not None and write not in keeping]
+    if lost:
+        warn(f"{printable(path)}: the format has no {' and '.join(lost)} of vertices: they are left out; .ply has them")
 
 
 def _checked_offset(mesh, path):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from ..base.signatures import explained_methods
-from ..base.values import parts, same
+from ..base.values import itself, parts, same
 from ..looks import Material
 from .environments import EnvironmentLight
 from .materials import check_materials
@@ -64,6 +64,8 @@ class PathTracer:
     lights: Sequence[_Light | EnvironmentLight] | None = None
     max_bounces: int = 16
     seed: int = 0
+
+    __copy__ = itself
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "materials", check_materials(self.materials))

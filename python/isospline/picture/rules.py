@@ -70,9 +70,9 @@ def _rules(look):
 
 
 def _differ(values):
-    """Whether there are different finite numbers: contours of PyVista have the level at each vertex."""
+    """Whether there is NaN or different finite numbers: contours of PyVista have the level at each vertex."""
     finite = values[np.isfinite(values)]
-    return finite.size > 0 and finite.min() < finite.max()
+    return bool(np.isnan(values).any() or (finite.size > 0 and finite.min() < finite.max()))
 
 
 def _by_value(rule, placed, peers):

@@ -15,6 +15,7 @@ import numpy as np
 from .. import _core
 from ..base.parameters import check_count, check_type, unit_vector
 from ..base.signatures import explained_methods
+from ..base.values import itself
 from ..cameras import OrthographicCamera, PanoramicCamera
 from ..color_rules import ColorByDepth
 from ..color_rules.rule import _ColorRule
@@ -103,6 +104,8 @@ class Studio:
     _: KW_ONLY
     material: Material | None = None
     materials: Mapping[Any, Material] = field(default_factory=dict, hash=False)
+
+    __copy__ = itself
 
     def __post_init__(self) -> None:
         for name in ("key", "fill", "sky"):

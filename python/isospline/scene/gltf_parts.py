@@ -24,20 +24,32 @@ _STRIP, _FAN = 5, 6
 
 def with_marked_parts(content: bytes) -> bytes:
     """The content of a glTF file, with further names of arrays. `take_marked_parts` then finds them."""
-    is_binary = content[:4] == b"glTF"
-    begin = _HEADER_SIZE if is_binary else 0
-    end = begin + int.from_bytes(content[12:16], "little") if is_binary else len(content)
+    begin, end = _place_of_tree(content)
     tree = json.loads(content[begin:end])
     _check_extensions(tree.get("extensionsRequired", ()))
     for part in (part for mesh in tree.get("meshes", ()) for part in mesh["primitives"]):
         _mark(part, tree.get("accessors", []))
     text = json.dumps(tree).encode()
-    if not is_binary:
+    if not begin:
         return text
     text += b" " * (-len(text) % 4)
     length = int.from_bytes(content[8:12], "little") - (end - begin) + len(text)
     numbers = (number.to_bytes(4, "little") for number in (length, len(text)))
     return content[:8] + b"".join(numbers) + content[16:begin] + text + content[end:]
+
+
+def buffer_names(content: bytes) -> list[str]:
+    """The names of files with the numbers of a glTF file."""
+    tree = json.loads(content[slice(*_place_of_tree(content))])
+    names = (buffer.get("uri") for buffer in tree.get("buffers", ()))
+    return [name for name in names if name and "base64," not in name]
+
+
+def _place_of_tree(content):
+    """Where the JSON of a glTF file begins and ends."""
+    if content[:4] != b"glTF":
+        return 0, len(content)
+    return _HEADER_SIZE, _HEADER_SIZE + int.from_bytes(content[12:16], "little")
 
 
 def _check_extensions(required):

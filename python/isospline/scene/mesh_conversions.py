@@ -244,7 +244,7 @@ class MeshConversions(_core.Mesh):
         ``.stl``  binary; the corners of each face in float32, nothing else              trimesh
         ``.ply``  binary; vertices, faces, normals and values in float64, 8-bit colours  meshio
         ``.obj``  text; vertices, faces, normals and colours, 16 significant digits      isospline
-        ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits     trimesh
+        ``.glb``  binary glTF; vertices, faces, normals and linear colours in float32    trimesh
         ``.3mf``  compressed, for printers; vertices and faces, and the unit             trimesh
         ========  =====================================================================  =========
 
@@ -264,8 +264,9 @@ class MeshConversions(_core.Mesh):
         Warns
         -----
         UserWarning
-            If STL needs an offset, and if no offset helps: if float32 moves corners of more than 1% of the faces by
-            more than a quarter of their shortest edges, as in a mesh of small parts that are far apart.
+            If the mesh has values or colours that the format does not have. If STL needs an offset, and if no offset
+            helps: if float32 moves corners of more than 1% of the faces by more than a quarter of their shortest edges,
+            as in a mesh of small parts that are far apart.
 
         Raises
         ------

@@ -1,8 +1,9 @@
-"""Confines the files that a mesh file refers to, such as buffers, materials and includes, to a folder."""
+"""The files that a mesh file refers to, such as buffers, materials and includes, and their confinement to a folder."""
 
 from __future__ import annotations
 
 import locale
+import os
 import re
 import zipfile
 from pathlib import Path
@@ -11,6 +12,8 @@ from xml.parsers import expat
 
 from ..base.parameters import printable
 from ..io.confinement import check_within
+from ..io.read import errors_name
+from .gltf_parts import buffer_names
 
 # Formats of meshio that are complete in one file. Others are several files, or HDF5, whose links may lead anywhere.
 _SELF_CONTAINED = (
@@ -38,6 +41,18 @@ _SELF_CONTAINED = (
 _BLOCK = 1 << 16
 
 
+def referenced_files(path: str | os.PathLike[str]) -> list[str]:
+    """The files with parts of a mesh that its file refers to, with links resolved: buffers of glTF, and includes."""
+    path, found = Path(path), []
+    with errors_name(path, "a mesh"):
+        if path.suffix.lower() in (".glb", ".gltf"):
+            names = map(str.strip, buffer_names(path.read_bytes()))
+            found = [path.parent / part for name in names for part in (name, name.lstrip("/"), os.path.basename(name))]
+        elif path.suffix.lower() == ".inp":
+            found = _all_includes(path, set())
+    return list(dict.fromkeys(os.path.realpath(file) for file in found if file.is_file()))
+
+
 def check_references(path: Path, within: Any) -> None:
     """Check the files that a file of a format of meshio includes, if it is confined to a folder."""
     name = path.name.lower()
@@ -53,11 +68,25 @@ def _check_includes(path, within, checked):
     check_within(path, within, "included files")
     if path in checked:
         raise ValueError(f"expected a file that does not include itself, got {printable(path)}")
+    for included in _includes(path):
+        _check_includes(included, within, {*checked, path})
+
+
+def _all_includes(path, found):
+    for included in _includes(path):
+        if included not in found and included.is_file():
+            found.add(included)
+            _all_includes(included, found)
+    return sorted(found)
+
+
+def _includes(path):
+    """The files that a file of Abaqus names, as meshio finds them."""
     with open(path, encoding=locale.getpreferredencoding(False)) as file:  # as in meshio
         for line in file:
             if line.partition(",")[0].strip().replace("*", "").upper() == "INCLUDE":
                 name = Path(line.split("=")[-1].strip())
-                _check_includes(name if name.exists() else path.parent / name, within, {*checked, path})
+                yield name if name.exists() else path.parent / name
 
 
 def check_entities(path: Path, within: Any) -> None:

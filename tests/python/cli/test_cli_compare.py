@@ -66,6 +66,42 @@ def test_two_volumes_are_compared(ball, capsys):
 
 
 @pytest.mark.parametrize(
+    "options",
+    [
+        ["--degree", "1"],
+        ["--filter", "smoothing", "--smoothing", "9"],
+        ["--boundary", "periodic", "--filter", "none"],
+        ["--largest", "all"],
+        ["--inside", "below"],
+    ],
+)
+def test_a_volume_is_at_no_distance_from_itself(ball, capsys, options):
+    noisy = ball.parent / "noisy.npy"
+    np.save(noisy, np.load(ball) + np.random.default_rng(1).normal(0, 0.1, np.load(ball).shape))
+    assert main(["compare", str(noisy), str(noisy), "--json", "--samples", "100", *options]) == 0
+    assert json.loads(capsys.readouterr().out)["rms"]["value"] < 1e-6
+
+
+@pytest.mark.parametrize("names", [("a.zarr", "ball.npy"), ("ball.npy", "a.zarr")])
+def test_a_store_is_compared(ball, capsys, names):
+    pytest.importorskip("zarr")
+    isospline.convert(np.load(ball), ball.parent / "a.zarr")
+    words = [
+        "compare",
+        *(str(ball.parent / name) for name in names),
+        "-l",
+        "0",
+        "--other-level",
+        "0",
+        "--samples",
+        "100",
+    ]
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rms"]["value"] < 1e-6
+    fails(capsys, 2, "--degree: expected 2, as in the store, got 3", *words, "--degree", "3")
+
+
+@pytest.mark.parametrize(
     ("options", "message"),
     [
         (["-o", "a.jpg"], r"a\.jpg: expected a name that ends in \.png"),

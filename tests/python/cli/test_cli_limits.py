@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from command_line import fails, pixels, rendered
 from interrupts import obey_signals
+from spheres import mesh_sphere
 
 import isospline
 from isospline.base import progress
@@ -217,6 +218,28 @@ def test_a_turntable_of_changed_files_begins_again(ball, tmp_path, capsys):
             assert f"{kept} of 2 pictures exist already" in capsys.readouterr().err
             if kept:
                 os.utime(changed, (0, 0))
+
+
+@pytest.mark.parametrize("suffix", ["gltf", "inp"])
+def test_a_turntable_of_changed_parts_of_meshes_begins_again(ball, tmp_path, capsys, suffix):
+    pytest.importorskip("trimesh" if suffix == "gltf" else "meshio")
+    mesh, part = tmp_path / f"a.{suffix}", tmp_path / "gltf_buffer_0.bin"
+    if suffix == "gltf":
+        for name, content in mesh_sphere(9.0, 16).to_trimesh().scene().export(file_type="gltf").items():
+            (tmp_path / name).write_bytes(content)
+        (tmp_path / "model.gltf").rename(mesh)
+    else:
+        part = tmp_path / "part.inp"
+        part.write_text(
+            "*NODE\n1, 0, 0, 0\n2, 9, 0, 0\n3, 0, 9, 0\n*ELEMENT, TYPE=CPS3\n1, 1, 2, 3\n", encoding="utf-8"
+        )
+        mesh.write_text("*INCLUDE, INPUT=part.inp\n", encoding="utf-8")
+    command = ["render", str(ball), "-l", "0", "--mesh", f"{mesh}@1,2,3", "--size", "16x12", "--fast"]
+    for kept in (0, 2, 0):
+        assert main([*command, "--turntable", "2", "--resume", "-o", str(tmp_path / "turn-#.png")]) == 0
+        assert f"{kept} of 2 pictures exist already" in capsys.readouterr().err
+        if kept:
+            os.utime(part, (0, 0))
 
 
 def test_a_full_disk_is_told_and_leaves_no_part(ball, picture, checkpoint, capsys, monkeypatch):

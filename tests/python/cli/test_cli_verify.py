@@ -40,6 +40,14 @@ def test_what_is_proven(ball, tmp_path, capsys, level, limits, sentence):
     np.testing.assert_allclose(stored.astype(float) + volume._offset, volume.coefficients, rtol=1e-12)
 
 
+def test_a_store_is_verified(ball, scene, tmp_path, capsys):
+    pytest.importorskip("zarr")
+    store = isospline.convert(np.load(ball), tmp_path / "a.zarr")
+    path = written(tmp_path / "c.json", scene.certificate((0, 0, -9, 0, 0, 1)))
+    assert main(["verify", path, str(store)]) == 0
+    assert capsys.readouterr().out.startswith("proven: ")
+
+
 def test_an_undecided_ray(tmp_path, capsys):
     np.save(tmp_path / "steps.npy", np.repeat([0.0, 0.0, 1.0, 1.0], 16).reshape(4, 4, 4))
     volume = isospline.Volume(np.load(tmp_path / "steps.npy"), degree=1)

@@ -180,7 +180,7 @@ def test_public_types_arrive_as_they_were(name, tmp_path):
             continue
         assert arrived == given and given == arrived and (arrived != given) is False and repr(arrived) == repr(given)
         if name in VALUES:
-            assert hash(arrived) == hash(given)
+            assert hash(arrived) == hash(given) and copy.copy(given) is given
         else:
             with pytest.raises(TypeError, match="unhashable"):
                 hash(given)

@@ -82,11 +82,18 @@ def test_values_survive_ply(tmp_path, given, written):
     np.testing.assert_array_equal(meshio.read(tmp_path / "a.ply").point_data[name], VALUES)
 
 
-@pytest.mark.parametrize("suffix", [".stl", ".obj", ".glb"])
-def test_other_formats_have_no_values(tmp_path, mesh, suffix):
+@pytest.mark.parametrize(
+    ("suffix", "lost"),
+    [(".stl", "values and colors"), (".3mf", "values and colors"), (".obj", "values"), (".glb", "values")],
+)
+def test_other_formats_have_no_values(tmp_path, mesh, suffix, lost):
     pytest.importorskip("trimesh")
-    mesh.write(tmp_path / f"a{suffix}")
-    assert isospline.read_mesh(tmp_path / f"a{suffix}").values is None
+    if suffix == ".3mf":
+        pytest.importorskip("lxml")
+    with pytest.warns(UserWarning, match=rf"a{suffix}: the format has no {lost} of vertices: they are left out"):
+        mesh.write(tmp_path / f"a{suffix}")
+    found = isospline.read_mesh(tmp_path / f"a{suffix}")
+    assert found.values is None and (found.colors is None) == ("colors" in lost)
 
 
 @pytest.mark.parametrize("suffix", [".vtk", ".vtp", ".vtu", ".xdmf", ".inp"])

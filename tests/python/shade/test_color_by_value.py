@@ -100,8 +100,9 @@ def test_meshes_with_the_same_name_of_values_share_their_limits():
 
 def test_unknown_values_are_grey():
     grey = isospline.colors.srgb_to_linear(np.array([169 / 255] * 3))
-    _, colors, _ = shown(triangle(values=[1, np.nan, 2]))
-    np.testing.assert_allclose(colors, np.broadcast_to(grey, colors.shape), atol=1e-3)
+    for values in ([1, np.nan, 2], [np.nan] * 3, [1, np.nan, 1]):
+        _, colors, _ = shown(triangle(values=values))
+        np.testing.assert_allclose(colors, np.broadcast_to(grey, colors.shape), atol=1e-3)
     _, colors, _ = shown(triangle(values=None), color=isospline.ColorByValue())
     np.testing.assert_allclose(colors, np.broadcast_to(grey, colors.shape), atol=1e-3)
     surface = isospline.render(sphere(), color=isospline.ColorByValue(), size=SIZE, layers=("albedo",), light="phong")
