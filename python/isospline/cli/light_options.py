@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 
 import isospline
@@ -13,6 +14,7 @@ from ..picture.materials import UNLIT
 from ..picture.tone import CURVES
 from .given import flag, given, keywords, refuse_without
 from .picture import studio_looks
+from .store import opened
 
 OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
 ENVIRONMENT = ("environment", "environment_intensity", "environment_rotation", "environment_visible")
@@ -137,7 +139,8 @@ def _color_by(arguments):
         if arguments.limits is None:
             raise ValueError("--limits: expected two distances for --color-by with a mesh, such as -1,1, got none")
         return isospline.ColorByDistance(isospline.read_mesh(what), **options)
-    return isospline.ColorByVolume(isospline.read_volume(what).to_volume(), **options)
+    data = opened(argparse.Namespace(file=what), lambda other: isospline.read_volume(other.file))
+    return isospline.ColorByVolume(data.to_volume(), **options)
 
 
 def _directional(lamp, unit=1.0):

@@ -230,7 +230,7 @@ def make_parser(demo, info, measure, compare, verify, render, mesh, view, conver
     add_ground(group, color)
     add_tone(group)
     add_materials(group)
-    what = f"normal, depth, thickness, {', '.join(CURVATURES)}, a file with another volume, or with a mesh"
+    what = f"normal, depth, thickness, {', '.join(CURVATURES)}, a file with another volume or a mesh, or a store"
     group.add_argument("--color-by", metavar="WHAT", help=what)
     group.add_argument("--cmap", metavar="NAME", help="colour map of matplotlib for --color-by")
     group.add_argument(

@@ -61,13 +61,17 @@ def test_render_gives_the_picture_of_the_library(ball, picture):
             isospline.ColorByCurvature("gaussian", "gray", limits=(0, 1)),
         ),
         (["--color-by", "FILE", "--limits", "-100,300"], None),
+        (["--color-by", "STORE", "--limits", "-100,300"], None),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
 def test_render_colors_as_the_library_does(ball, picture, options, color):
     image = pytest.importorskip("PIL.Image")
-    options = [str(ball) if option == "FILE" else option for option in options]
-    volume = isospline.Volume(np.load(ball))
+    volume, store = isospline.Volume(np.load(ball)), ball.parent / "a.zarr"
+    if "STORE" in options:
+        pytest.importorskip("zarr")
+        isospline.convert(np.load(ball), store)
+    options = [{"FILE": str(ball), "STORE": str(store)}.get(option, option) for option in options]
     color = isospline.ColorByVolume(volume, limits=(-100, 300)) if color is None else color
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     camera = isospline.camera_for(scene, size=(48, 32))
