@@ -88,11 +88,11 @@ class ColorByDistance(_IndexedRule):
         target = as_target(other, is_signed)
         self._keep(cmap=cmap, limits=between, signed=is_signed, label=text(label, "label"))
         largest = math.inf if between is None else max(map(abs, between))
-        object.__setattr__(self, "_index", _core._DistanceIndex(deepcopy(target), is_signed, largest))
+        object.__setattr__(self, "_index", _core._DistanceIndex(_as_it_is(target), is_signed, largest))
 
     def __getattr__(self, name: str) -> Any:
         if name == "other":  # a new copy each time: the index is that of the objects as they were
-            return deepcopy(self._index.scene)
+            return _as_it_is(self._index.scene)
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def _distances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -105,6 +105,13 @@ class ColorByDistance(_IndexedRule):
         del given["other"]
         index = _core._DistanceIndex(self._index.scene, self.signed, max(map(abs, limits)))
         return self._with(index, **given | {"limits": limits})
+
+
+def _as_it_is(scene: Scene) -> Scene:
+    """A copy whose surfaces keep their levels, with what the scene has built."""
+    copied = deepcopy(scene)
+    copied._share_built_objects(scene)
+    return copied
 
 
 @explained_methods

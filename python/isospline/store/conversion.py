@@ -271,7 +271,8 @@ def is_complete(root: Path) -> bool:
 
 @contextlib.contextmanager
 def _without(file):
-    """Remove a file if what follows fails."""
+    """Begin without a file, which may be of another source, and remove it if what follows fails."""
+    file.unlink(missing_ok=True)
     try:
         yield
     except BaseException:

@@ -111,8 +111,8 @@ def convert(
         FileExistsError if `out` is a complete store, unless `overwrite` is True, or something else than a store.
     ValueError
         For samples that are not finite (the message names the first index of a block), for a memory limit that is too
-        small for a single block, for a conversion that was begun with other options, and for any other parameter out of
-        range.
+        small for a single block, for a conversion that was begun with other options or samples, for an `out` that holds
+        the source, and for any other parameter out of range.
     TypeError
         For another type of source or parameter.
     ImportError

@@ -54,7 +54,7 @@ class Model:
 
 
 class SamplesOfBlock(NamedTuple):
-    """The range of a block's samples, and a digest of the samples and their place."""
+    """The range of a block's samples, and a digest of the samples and their place; empty for those of a file."""
 
     minimum: float
     maximum: float
@@ -78,6 +78,8 @@ class LookAtBlock:
             got = samples[tuple(place)]
             hint = "; nan=VALUE, --nan on the command line, replaces NaN" if np.isnan(got) else ""
             raise ValueError(f"source: expected finite numbers, got {got} at [{at}]{hint}")
+        if "path" in self.source.identity:
+            return SamplesOfBlock(least, greatest, "")
         digest = hashlib.sha256(np.asarray(box, np.int64).tobytes())
         digest.update(np.ascontiguousarray(samples).data)
         return SamplesOfBlock(least, greatest, digest.hexdigest())

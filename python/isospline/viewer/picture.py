@@ -104,6 +104,11 @@ def cap_color(state, each, document, volume_of):
     return ColorByVolume(volume_of(source), "gray", limits=window)
 
 
+def _overview(source):
+    """The scale of pictures in movement."""
+    del source
+
+
 class PictureMaker:
     """Renders states; each thread has its own.
 
@@ -117,7 +122,7 @@ class PictureMaker:
         self._objects = {}  # (parameters, object) by its id in the state, in the order of the scene
         # (volume key, scale, level of the body, closed): a surface that owns the index of bricks
         self._indices = {}
-        self._details = {}  # the scales of volumes in the last picture, by the keys of their sources
+        self._scale_of = _overview  # of the last picture
         self._tracing = None  # the path traced state and its renderer
 
     @property
@@ -150,7 +155,7 @@ class PictureMaker:
         self._tracing = None
 
     @without_warnings()  # a level may be moved to where there is no surface
-    def geometry_ids(self, state, scale_of=lambda source: None):
+    def geometry_ids(self, state, scale_of=_overview):
         """The visible objects' geometry ids in the scene, by their ids in the state.
 
         Volumes of stores have the scale ``scale_of(source)``, or that of the overview if it is None.
@@ -158,11 +163,11 @@ class PictureMaker:
         self.forget_closed()
         cuts = None if state.clip.kind == "none" else state.clip
         objects = {}
-        self._details = {source.key: scale_of(source) for source in self._document}
+        self._scale_of = scale_of
         for each in state.objects:
             if not each.is_seen:
                 continue
-            detail = self._details[each.source]
+            detail = scale_of(self._document[each.source])
             options = (each.largest, each.body_level, each.closed, cuts)
             made_of = (each.source, detail, None if each.level is None else options)
             known = self._objects.get(each.id)
@@ -228,7 +233,7 @@ class PictureMaker:
 
     def _volume_of(self, source):
         """The volume of a source at the scale of the last picture."""
-        return source.volume(self._details.get(source.key))
+        return source.volume(self._scale_of(source))
 
     def _materials(self, state, ids):
         """A material for each geometry id."""
@@ -249,7 +254,7 @@ class PictureMaker:
     def render(self, state, size, stage=None, progress=None, **options):
         """Render a state that has a camera; without a stage, render as during movement."""
         camera = state.camera.camera()
-        ids = self.geometry_ids(state, lambda source: source.scale(camera, size) if stage else None)
+        ids = self.geometry_ids(state, (lambda source: source.scale(camera, size)) if stage else _overview)
         options.setdefault("background", state.background)
         if stage is not None and state.light == "path-trace":
             return self._path_trace(state, ids, size, stage.samples, progress, options)

@@ -143,6 +143,17 @@ def test_compressed_samples_leave_no_copy_of_theirs(data, tmp_path):
     assert not (path / "staged").exists() and read_metadata(path).scales[0].maximum == data.max()
 
 
+def test_overwriting_forgets_the_samples_of_another_source(data, tmp_path):
+    tifffile = pytest.importorskip("tifffile")
+    for name, samples in (("a", data), ("b", data[::-1])):
+        tifffile.imwrite(tmp_path / f"{name}.tif", samples, compression="zlib")
+    path = tmp_path / "c.zarr"
+    stopped(tmp_path / "a.tif", path, 12, spacing=1, **SMALL)
+    assert (path / "staged").exists()
+    isospline.convert(tmp_path / "b.tif", path, overwrite=True, spacing=1, **SMALL)
+    np.testing.assert_array_equal(zarr.open_array(path, path="0")[:], data[::-1])
+
+
 def test_a_store_is_kept_where_a_new_one_cannot_be_made(data, store):
     with pytest.raises(ValueError, match=r"memory_limit: expected at least \d+MB for blocks of"):
         isospline.convert(data, store, overwrite=True, memory_limit="1MB")
