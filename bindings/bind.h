@@ -28,6 +28,7 @@ void bind_hopper(pybind11::module_& module);
 void bind_camera(pybind11::module_& module);
 void bind_environment(pybind11::module_& module);
 void bind_image(pybind11::module_& module);
+void bind_labels(pybind11::module_& module);
 void bind_interleaved(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
 void bind_path_tracer(pybind11::module_& module);

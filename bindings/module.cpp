@@ -82,6 +82,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_image(module);
     isospline::bind_render(module);
     isospline::bind_interleaved(module);
+    isospline::bind_labels(module);
     isospline::bind_path_tracer(module);
     isospline::bind_store(module);
     isospline::bind_state(module);

@@ -26,7 +26,7 @@ namespace {
 /// Boxes in which f may have no sign change are halved further, until their edges are this part of the least edge.
 constexpr double part_if_unsure = 0.25;
 /// Points this close to a plane of the clip count as on it, in lattice units.
-constexpr double margin = 1e-9;
+constexpr double on_plane_margin = 1e-9;
 
 /// A face that may cover a part of a cell, and the box, in lattice space, around the points within the tolerance of it.
 struct NearFace {
@@ -61,8 +61,8 @@ public:
         const Box box = isospline::box_of(brick), reach{box.lower - reach_, box.upper + reach_};
         octree_.visit(reach, [&](std::uint32_t face) {
             Box of_face = box_of(mesh_.vertices, mesh_.faces[face]);
-            of_face.lower -= reach_ + margin;
-            of_face.upper += reach_ + margin;
+            of_face.lower -= reach_ + on_plane_margin;
+            of_face.upper += reach_ + on_plane_margin;
             if (!of_face.meets(box))
                 return true;
             const glm::ivec3 most = brick.size - 1;
@@ -125,9 +125,10 @@ private:
         if (cut_ == nullptr) {
             points_of_slab(slab, points_);
         } else {
-            // The plane, widened by the margin, and the side of the slab on which the solid is.
+            // The plane, widened by the on_plane_margin, and the side of the slab on which the solid is.
             const double at_lower = glm::dot(cut_->normal, lower_ + box.lower) - cut_->offset;
-            points_of_slab({cut_->normal * box.size, -at_lower - margin, -at_lower + margin}, points_);
+            points_of_slab({cut_->normal * box.size, -at_lower - on_plane_margin, -at_lower + on_plane_margin},
+                           points_);
             if (field_.surface().options().inside == Inside::above)
                 clip_hull(points_, slab.normal, slab.lower);
             else
@@ -137,7 +138,7 @@ private:
             point = lower_ + box.lower + point * box.size;
         for (const HalfSpace& half_space : field_.surface().planes().all())
             if (&half_space != cut_)
-                clip_hull(points_, half_space.normal, half_space.offset - margin);
+                clip_hull(points_, half_space.normal, half_space.offset - on_plane_margin);
         around_ = {};
         for (glm::dvec3& point : points_) {
             around_.extend(point);
@@ -288,7 +289,7 @@ private:
             return changes_sign(part);
         const DistanceRange range(box, *cut_);
         const bool above = field_.surface().options().inside == Inside::above;
-        return range.least < -margin && range.most > margin &&
+        return range.least < -on_plane_margin && range.most > on_plane_margin &&
                std::all_of(part.b.begin(), part.b.end(), [&](double b) { return (b >= 0.0) == above; });
     }
 

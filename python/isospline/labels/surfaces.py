@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from ..base.mistakes import sentence
 from ..io import VolumeData
 from ..looks import Material
-from ..scene import Isosurface, Volume
+from ..scene import Isosurface
 from .segments import Segment
-from .signed_field import box_of, signed_field
+from .signed_field import box_of, volume_of_label
 
 #: The default standard deviation of the smoothing, in voxels.
 SMOOTHING = 1.5
@@ -50,9 +50,9 @@ def surface_of(
     deviations = deviations_of(data.spacing, smoothing)
     margin = np.maximum(np.ceil(_MARGIN * deviations), _LEAST_MARGIN).astype(int)
     box = box_of(data.data == segment.value, margin)
-    field = signed_field(data.data[box], segment.value, background, deviations, progress)
     first = data.position([each.start for each in reversed(box)])
-    volume = Volume(field, **{**data.frame, "origin": first})
+    frame = {**data.frame, "origin": first}
+    volume = volume_of_label(data.data[box], segment.value, background, deviations, frame, progress)
     look: dict[str, Any] = {"name": segment.name, "color": segment.color}
     if isinstance(material := options.get("material"), Material):
         look, options = {}, {**options, "material": material if material.name else material.replace(name=segment.name)}

@@ -6,8 +6,6 @@ from labels import label_maps as maps
 from scipy import ndimage
 
 import isospline
-from isospline.labels import separable
-from isospline.labels.partial_volumes import partial_volumes
 
 BODIES = {
     "small sphere": lambda: maps.sphere(5)[0],
@@ -140,38 +138,6 @@ def one_voxel(*shape):
 def test_specks_keep_volume(data, spacing, smoothing):
     surface = isospline.Labels(data, spacing=spacing).surface(1, smoothing=smoothing)
     assert abs(volume_error(surface, data)) < 0.005
-
-
-def test_partial_volumes_are_those_of_a_ball():
-    x, y, z = maps.grid(24, 24, 24)
-    field = (6.3 - np.sqrt((x - 11.2) ** 2 + (y - 11.7) ** 2 + (z - 11.4) ** 2)).astype(np.float32)
-    coefficients = separable.apply(separable.quadratic_interpolation(field.shape), field)
-    exact = isospline.Isosurface(isospline.Volume(field), 0.0).enclosed_volume().value
-    found = partial_volumes(coefficients, 4)
-    assert found.volume == pytest.approx(exact, rel=1e-3)
-    assert partial_volumes(coefficients, 12).volume == pytest.approx(exact, rel=1e-4)
-    assert found.dense().sum(dtype=float) == pytest.approx(found.volume, rel=1e-6)
-    step = 1e-2
-    moved = partial_volumes(coefficients + np.float32(step), 4).volume
-    assert found.dense_derivatives().sum() == pytest.approx((moved - found.volume) / step, rel=0.02)
-
-
-def test_filters_are_those_of_scipy():
-    samples = np.random.default_rng(0).normal(size=(9, 70, 150)).astype(np.float32)
-    deviations = np.array([0.8, 1.5, 2.0])
-    expected = ndimage.gaussian_filter(samples, deviations, mode="mirror", radius=np.ceil(3 * deviations).astype(int))
-    found = separable.apply(separable.gaussian(samples.shape, deviations), samples)
-    np.testing.assert_allclose(found, expected, atol=2e-6)
-    expected = ndimage.spline_filter(samples.astype(float), 2, mode="mirror")
-    found = separable.apply(separable.quadratic_interpolation(samples.shape), samples)
-    np.testing.assert_allclose(found, expected, atol=2e-5)
-
-
-def test_low_pass_keeps_polynomials():
-    x = np.linspace(-1, 1, 64)
-    samples = np.broadcast_to((x**5 - x**3 + x).astype(np.float32), (3, 3, 64))
-    found = separable.apply(separable.low_pass((3, 3, 64), np.full(3, 1.5)), samples)
-    np.testing.assert_allclose(found[..., 16:-16], samples[..., 16:-16], atol=1e-5)
 
 
 @pytest.mark.parametrize("smoothing", [0.4, 5, float("nan")])

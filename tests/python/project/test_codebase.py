@@ -26,6 +26,7 @@ MAY_INCLUDE = {
     "shell": {"util", "math", "spline", "cell", "brick", "measure"},
     "trace": {"util", "math", "spline", "cell", "brick", "shell"},
     "query": {"util", "math", "spline", "cell", "brick", "measure", "shell", "trace"},
+    "label": {"util", "math", "brick"},
     "polygonize": {"util", "math", "spline", "cell", "brick", "shell", "trace", "query"},
     "hopper": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
     "scene": {"util", "math", "spline", "cell", "brick", "measure", "shell", "trace", "query"},
