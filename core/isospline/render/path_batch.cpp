@@ -46,7 +46,7 @@ std::optional<LightSample> sample(const PositionalLight& light, const glm::dvec3
 
 std::optional<LightSample> sample(const DirectionalLight& light, const glm::dvec3&, const glm::dvec2& u)
 {
-    return LightSample{light.to_point(u), infinity, light.intensity, 0.0};
+    return LightSample{light.to_point(u), infinity, light.intensity / light.mean_cosine(), 0.0};
 }
 
 std::optional<LightSample> sample(const EnvironmentLight& light, const glm::dvec3&, const glm::dvec2& u)

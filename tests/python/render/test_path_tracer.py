@@ -268,7 +268,12 @@ LAMPS = {
     ),
     "wide sun": (
         isospline.DirectionalLight((3, 0, -4), intensity=(2, 1, 3), angle=40),
-        lambda at: np.full(at.shape[:-1], 0.8 * (1 + np.cos(np.radians(20))) / 2),
+        lambda at: np.full(at.shape[:-1], 0.8),
+        (2, 1, 3),
+    ),
+    "widest sun": (
+        isospline.DirectionalLight((0, 0, -1), intensity=(2, 1, 3), angle=180),
+        lambda at: np.ones(at.shape[:-1]),
         (2, 1, 3),
     ),
 }
