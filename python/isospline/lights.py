@@ -110,6 +110,8 @@ class DirectionalLight(_PointLight):
 class RectangleLight(_Light):
     """A parallelogram that emits light on one side, for a `PathTracer`.
 
+    It may lie in a surface, as a panel in a ceiling.
+
     Parameters
     ----------
     corner : (3,) float

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.spatial
 from layered import render
+from placed_images import DIRECTIONS
 from spheres import mesh_sphere, moved
 
 import isospline
@@ -408,6 +409,32 @@ def test_lamps_are_seen_and_hide_each_other():
     assert rest < 0.2 * whole
     expected = 0.6 / np.pi * np.array([red, rest, 0])
     assert_means(image, expected, 3e-3)
+
+
+SQUARE = np.array([(-2, -1, 3), (-2, 1, 3), (2, 1, 3), (2, -1, 3)], float)
+OF_SQUARE = irradiance_of_polygon(np.zeros(3), (0, 0, 1), SQUARE)
+
+
+@pytest.mark.parametrize("turn, offset", [("straight", (0, 0, 0)), ("oblique", (30.7, -10.1, 5.3))])
+def test_lamps_may_lie_in_a_surface(turn, offset):
+    """A panel in a ceiling: it lights the floor, the camera sees it, and the other side of the ceiling is dark."""
+    turn = DIRECTIONS[turn]
+
+    def place(points):
+        return np.asarray(points, float) @ turn.T + offset
+
+    def colors(lamp, eye, target):
+        camera = isospline.OrthographicCamera(place(eye), place(target), up=turn[:, 1], height=1e-3)
+        light = isospline.PathTracer(MATTE, lights=[lamp], max_bounces=1)
+        return render(scene, camera, size=(12, 12), light=light, samples=256)
+
+    scene = isospline.Scene([isospline.Mesh(place(FLOOR.vertices + (0, 0, z)), FLOOR.faces) for z in (0, 3)])
+    panel = isospline.RectangleLight(place(SQUARE[0]), turn @ (0, 2, 0), turn @ (4, 0, 0), radiance=2)
+    assert_means(colors(panel, (0, 0, 1), (0, 0, 0)), 0.6 / np.pi * 2 * OF_SQUARE, 1e-3)
+    assert (colors(panel, (0, 0, 1), (0, 0, 2)).color == (2, 2, 2, 1)).all()
+    assert not colors(panel, (0, 0, 5), (0, 0, 0)).color[..., :3].any()
+    point = isospline.PositionalLight(place((1, 0, 3)), intensity=10)
+    assert_means(colors(point, (0, 0, 1), (0, 0, 0)), 0.6 / np.pi * 10 * 3 / 10**1.5, 1e-3)
 
 
 def test_a_material_for_each_geometry():
