@@ -179,11 +179,14 @@ private:
             return;
         }
         const Scattering scattering(material, point);
-        const bool away = glm::dot(hit.normal, ray.direction) > 0.0;
-        const Frame frame(away ? -hit.normal : hit.normal);
+        const auto against_ray = [&](const glm::dvec3& normal) {
+            return glm::dot(normal, ray.direction) > 0.0 ? -normal : normal;
+        };
+        // Normals interpolated between vertices shade the surface, but light stays on the face's side.
+        const glm::dvec3 face = against_ray(hit.normal);
+        const Frame frame(against_ray(point.normal));
         const glm::dvec3 to_viewer = frame.to_local(-ray.direction);
-        // All directions of scattered light are on the normal's side.
-        const glm::dvec3 origin = scene_.offset_position(hit, frame.z);
+        const glm::dvec3 origin = scene_.offset_position(hit, face);
         RandomSequence& random = random_[path.index];
 
         // All numbers are drawn, even unused ones, so that each has the same meaning in all scenes.
@@ -194,10 +197,13 @@ private:
         const double roulette = random.next();
 
         if (!chosen_from_.empty())
-            ask_light(path, origin, frame, scattering, to_viewer, which_light, on_light);
+            ask_light(path, origin, face, frame, scattering, to_viewer, which_light, on_light);
 
         const std::optional<ScatterSample> scattered = scattering.sample(to_viewer, which_lobe, in_lobe);
         if (!scattered)
+            return;
+        const glm::dvec3 direction = frame.to_world(scattered->direction);
+        if (!(glm::dot(face, direction) > 0.0))
             return;
         Path next{path.index, path.throughput * scattered->weight, scattered->density};
         if (bounce + 1 >= first_roulette) {
@@ -207,17 +213,18 @@ private:
             next.throughput /= survival;
         }
         next_paths_.push_back(next);
-        next_rays_.push_back({origin, frame.to_world(scattered->direction)});
+        next_rays_.push_back({origin, direction});
     }
 
-    void ask_light(const Path& path, const glm::dvec3& origin, const Frame& frame, const Scattering& scattering,
-                   const glm::dvec3& to_viewer, double which_light, const glm::dvec2& on_light)
+    void ask_light(const Path& path, const glm::dvec3& origin, const glm::dvec3& face, const Frame& frame,
+                   const Scattering& scattering, const glm::dvec3& to_viewer, double which_light,
+                   const glm::dvec2& on_light)
     {
         const auto count = chosen_from_.size();
         const auto index = std::min(static_cast<std::size_t>(which_light * static_cast<double>(count)), count - 1);
         const auto drawn =
             std::visit([&](const auto& source) { return sample(source, origin, on_light); }, *chosen_from_[index]);
-        if (!drawn)
+        if (!drawn || !(glm::dot(face, drawn->direction) > 0.0))
             return;
         const glm::dvec3 to_light = frame.to_local(drawn->direction);
         const glm::dvec3 f = scattering.evaluate(to_viewer, to_light);

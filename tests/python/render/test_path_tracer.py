@@ -437,6 +437,27 @@ def test_lamps_may_lie_in_a_surface(turn, offset):
     assert_means(colors(point, (0, 0, 1), (0, 0, 0)), 0.6 / np.pi * 10 * 3 / 10**1.5, 1e-3)
 
 
+SKIES = [isospline.EnvironmentLight(1), isospline.EnvironmentLight(image=np.ones((4, 8, 3)))]
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_normals_at_vertices_shade_the_side_of_the_face(side):
+    """Lambert's law for the normals, with the light above the face alone."""
+    floor = isospline.Mesh(FLOOR.vertices, FLOOR.faces, normals=[at_angle(50)] * 4)
+    camera = isospline.OrthographicCamera((0, 0, 30 * side), (0, 0, 0), up=(0, 1, 0), height=1)
+
+    def image(lamp, samples):
+        light = isospline.PathTracer(MATTE, lights=[lamp], max_bounces=1)
+        return render(isospline.Scene([floor]), camera, size=(12, 12), light=light, samples=samples)
+
+    for angle in (-60, -20, 30, 80, 100):
+        sun = isospline.DirectionalLight(-side * at_angle(angle), intensity=np.pi)
+        expected = 0.6 * max(np.cos(np.radians(angle - 50)), 0) if angle < 90 else 0
+        np.testing.assert_allclose(image(sun, 1).color[..., :3], expected, atol=1e-6)
+    for sky in SKIES:
+        assert_means(image(sky, 1024), 0.6 * (1 + np.cos(np.radians(50))) / 2, 1e-3)
+
+
 def test_a_material_for_each_geometry():
     high = isospline.Mesh([[0, -9, 1], [9, -9, 1], [9, 9, 1], [0, 9, 1]], [[0, 1, 2], [0, 2, 3]])
     red = isospline.Material((1, 0, 0), specular=0)
