@@ -95,7 +95,8 @@ public:
     {
         for (int bounce = 0; !paths_.empty(); ++bounce) {
             hits_.resize(rays_.size());
-            scene_.cast_rays(rays_, hits_, bounce == 0);
+            // Reflected rays meet what shadow rays meet: both estimate the same light.
+            scene_.cast_rays(rays_, hits_, bounce == 0, bounce == 0 ? &SeenBy::camera : &SeenBy::shadow);
             if (bounce == 0)
                 normalize_camera_rays();
             next_paths_.clear();

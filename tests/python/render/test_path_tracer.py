@@ -440,6 +440,18 @@ def test_lamps_may_lie_in_a_surface(turn, offset):
 SKIES = [isospline.EnvironmentLight(1), isospline.EnvironmentLight(image=np.ones((4, 8, 3)))]
 
 
+@pytest.mark.parametrize("sky", SKIES, ids=["constant", "image"])
+def test_reflected_rays_meet_what_casts_shadows(sky):
+    """A square above the floor hides its part of the sky, whether the camera sees it or not, or none of it."""
+    camera = isospline.OrthographicCamera((0, 0, 1), (0, 0, 0), up=(0, 1, 0), height=1e-3)
+    for visible, casts_shadow in ((True, True), (False, True), (True, False)):
+        scene = isospline.Scene([FLOOR])
+        scene.add(isospline.Mesh(SQUARE, FLOOR.faces), visible=visible, casts_shadow=casts_shadow)
+        light = isospline.PathTracer(MATTE, lights=[sky], max_bounces=1)
+        image = render(scene, camera, size=(12, 12), light=light, samples=1024)
+        assert_means(image, 0.6 * (1 - casts_shadow * OF_SQUARE / np.pi), 1e-3)
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_normals_at_vertices_shade_the_side_of_the_face(side):
     """Lambert's law for the normals, with the light above the face alone."""
