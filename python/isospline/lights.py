@@ -77,7 +77,7 @@ class DirectionalLight(_PointLight):
     angle : float
         The diameter of its disc as seen from the scene, in degrees, from 0 to 180; that of the sun is 0.53. Above 0,
         shadows have soft edges: each shadow ray goes to another point of the disc. Surfaces are shaded by the disc's
-        centre, but in path tracing by its points.
+        centre, but in path tracing by its points. The irradiance of a surface that faces it is the same for any angle.
 
     Raises
     ------
@@ -109,6 +109,8 @@ class DirectionalLight(_PointLight):
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class RectangleLight(_Light):
     """A parallelogram that emits light on one side, for a `PathTracer`.
+
+    It may lie in a surface, as a panel in a ceiling.
 
     Parameters
     ----------

@@ -26,6 +26,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// From this bounce on, paths may end at random (Russian roulette).
 constexpr int first_roulette = 3;
 
+/// Surfaces hide a light from here on, as a part of the distance to it: a lamp may lie in a surface.
+constexpr double before_light = 1.0 - 1e-8;
+
 /// Veach's power heuristic, for one sample of each kind.
 double power_heuristic(double density, double other)
 {
@@ -46,7 +49,7 @@ std::optional<LightSample> sample(const PositionalLight& light, const glm::dvec3
 
 std::optional<LightSample> sample(const DirectionalLight& light, const glm::dvec3&, const glm::dvec2& u)
 {
-    return LightSample{light.to_point(u), infinity, light.intensity, 0.0};
+    return LightSample{light.to_point(u), infinity, light.intensity / light.mean_cosine(), 0.0};
 }
 
 std::optional<LightSample> sample(const EnvironmentLight& light, const glm::dvec3&, const glm::dvec2& u)
@@ -56,8 +59,7 @@ std::optional<LightSample> sample(const EnvironmentLight& light, const glm::dvec
 
 /// A path in progress.
 struct Path {
-    std::size_t index;   ///< of its camera ray
-    glm::dvec3 position; ///< that the ray leaves: its origin is off the surface
+    std::size_t index; ///< of its camera ray
     glm::dvec3 throughput{1.0};
     double density = infinity; ///< of the ray's direction in the material; infinite for a camera ray
 };
@@ -84,7 +86,7 @@ public:
         }
         for (std::size_t i = 0; i < camera_rays.size(); ++i) {
             results_[i] = PathResult();
-            paths_.push_back({i, camera_rays[i].origin});
+            paths_.push_back({i});
             rays_.push_back(camera_rays[i]);
         }
     }
@@ -93,7 +95,8 @@ public:
     {
         for (int bounce = 0; !paths_.empty(); ++bounce) {
             hits_.resize(rays_.size());
-            scene_.cast_rays(rays_, hits_, bounce == 0);
+            // Reflected rays meet what shadow rays meet: both estimate the same light.
+            scene_.cast_rays(rays_, hits_, bounce == 0, bounce == 0 ? &SeenBy::camera : &SeenBy::shadow);
             if (bounce == 0)
                 normalize_camera_rays();
             next_paths_.clear();
@@ -138,7 +141,7 @@ private:
     bool arrive(const Path& path, const Ray& ray, const Hit& hit, int bounce)
     {
         const bool from_camera = path.density == infinity;
-        const Ray up_to_hit{path.position, ray.direction, ray.t_near, std::min(ray.t_far, hit.t)};
+        const Ray up_to_hit{ray.origin, ray.direction, ray.t_near, std::min(ray.t_far, hit.t / before_light)};
         std::optional<Emission> nearest;
         for (const Emitter& light : path_tracer_.lights) {
             const auto meet = [&](const auto& source) -> std::optional<Emission> {
@@ -177,11 +180,14 @@ private:
             return;
         }
         const Scattering scattering(material, point);
-        const bool away = glm::dot(hit.normal, ray.direction) > 0.0;
-        const Frame frame(away ? -hit.normal : hit.normal);
+        const auto against_ray = [&](const glm::dvec3& normal) {
+            return glm::dot(normal, ray.direction) > 0.0 ? -normal : normal;
+        };
+        // Normals interpolated between vertices shade the surface, but light stays on the face's side.
+        const glm::dvec3 face = against_ray(hit.normal);
+        const Frame frame(against_ray(point.normal));
         const glm::dvec3 to_viewer = frame.to_local(-ray.direction);
-        // All directions of scattered light are on the normal's side.
-        const glm::dvec3 origin = scene_.offset_position(hit, frame.z);
+        const glm::dvec3 origin = scene_.offset_position(hit, face);
         RandomSequence& random = random_[path.index];
 
         // All numbers are drawn, even unused ones, so that each has the same meaning in all scenes.
@@ -192,12 +198,15 @@ private:
         const double roulette = random.next();
 
         if (!chosen_from_.empty())
-            ask_light(path, hit.position, origin, frame, scattering, to_viewer, which_light, on_light);
+            ask_light(path, origin, face, frame, scattering, to_viewer, which_light, on_light);
 
         const std::optional<ScatterSample> scattered = scattering.sample(to_viewer, which_lobe, in_lobe);
         if (!scattered)
             return;
-        Path next{path.index, hit.position, path.throughput * scattered->weight, scattered->density};
+        const glm::dvec3 direction = frame.to_world(scattered->direction);
+        if (!(glm::dot(face, direction) > 0.0))
+            return;
+        Path next{path.index, path.throughput * scattered->weight, scattered->density};
         if (bounce + 1 >= first_roulette) {
             const double survival = std::min(1.0, std::max({next.throughput.x, next.throughput.y, next.throughput.z}));
             if (!(roulette < survival))
@@ -205,18 +214,18 @@ private:
             next.throughput /= survival;
         }
         next_paths_.push_back(next);
-        next_rays_.push_back({origin, frame.to_world(scattered->direction)});
+        next_rays_.push_back({origin, direction});
     }
 
-    void ask_light(const Path& path, const glm::dvec3& position, const glm::dvec3& origin, const Frame& frame,
+    void ask_light(const Path& path, const glm::dvec3& origin, const glm::dvec3& face, const Frame& frame,
                    const Scattering& scattering, const glm::dvec3& to_viewer, double which_light,
                    const glm::dvec2& on_light)
     {
         const auto count = chosen_from_.size();
         const auto index = std::min(static_cast<std::size_t>(which_light * static_cast<double>(count)), count - 1);
         const auto drawn =
-            std::visit([&](const auto& source) { return sample(source, position, on_light); }, *chosen_from_[index]);
-        if (!drawn)
+            std::visit([&](const auto& source) { return sample(source, origin, on_light); }, *chosen_from_[index]);
+        if (!drawn || !(glm::dot(face, drawn->direction) > 0.0))
             return;
         const glm::dvec3 to_light = frame.to_local(drawn->direction);
         const glm::dvec3 f = scattering.evaluate(to_viewer, to_light);
@@ -227,10 +236,7 @@ private:
                                   : 1.0;
         candidates_.push_back(
             {path.index, chosen_from_[index], path.throughput * f * drawn->weight * (to_light.z * weight / chance())});
-        if (drawn->distance == infinity)
-            shadow_rays_.push_back({origin, drawn->direction});
-        else
-            shadow_rays_.push_back({origin, position + drawn->distance * drawn->direction - origin, 0.0, 1.0});
+        shadow_rays_.push_back({origin, drawn->direction, 0.0, before_light * drawn->distance});
     }
 
     void add_candidates(int bounce)
@@ -246,17 +252,13 @@ private:
     /// Lights are not in the scene, but they end rays like surfaces. No light hides itself.
     bool is_hidden_by_light(const Ray& shadow_ray, const Emitter* source) const
     {
-        Ray unit = shadow_ray;
-        const double length = glm::length(unit.direction);
-        unit.direction /= length;
-        unit.t_far *= length;
         return std::any_of(path_tracer_.lights.begin(), path_tracer_.lights.end(), [&](const Emitter& light) {
             if (&light == source)
                 return false;
             if (const auto* rectangle = std::get_if<RectangleLight>(&light))
-                return emission(*rectangle, unit).has_value();
+                return emission(*rectangle, shadow_ray).has_value();
             if (const auto* sphere = std::get_if<SphereLight>(&light))
-                return emission(*sphere, unit).has_value();
+                return emission(*sphere, shadow_ray).has_value();
             return false;
         });
     }

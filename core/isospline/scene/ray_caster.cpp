@@ -50,11 +50,11 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
 {
     LaneMask hit_lanes = 0;
     RTCRayHit ray_hit;
-    for (LaneMask rest = prepare_singles(rays, index, camera); rest != 0; rest &= rest - 1u) {
+    for (LaneMask rest = prepare_singles(rays, index, seen); rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const Ray given = rays.ray(lane);
-        set_ray(begin(camera, given, lane), ray_hit);
-        embree::intersect(camera.scene, query, ray_hit);
+        set_ray(begin(seen, given, lane), ray_hit);
+        embree::intersect(seen.scene, query, ray_hit);
         query.rethrow();
         if (!query.has_hit())
             continue;
@@ -94,7 +94,7 @@ void RayCaster::Impl::set_hits(const RayPacket& rays, LaneMask lanes, const Pack
 template <int Size>
 LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
 {
-    const LaneMask hit_lanes = find_hits<Size>(rays, index, camera);
+    const LaneMask hit_lanes = find_hits<Size>(rays, index, seen);
     set_hits(rays, hit_lanes, *packet_query, packet_query->in_meshes, hits);
     return hit_lanes;
 }
@@ -103,13 +103,13 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
                                   std::span<LaneMask> hit_lanes)
 {
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
-    PacketStream(scene.frame, camera, packets, index, stream_hits, hit_lanes).cast();
+    PacketStream(scene.frame, seen, packets, index, stream_hits, hit_lanes).cast();
     for (std::size_t i = 0; i < packets.size(); ++i)
         set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i, width()));
 }
 
-RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact)
-    : impl_(std::make_unique<Impl>(*scene.impl_, parts))
+RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact, bool SeenBy::*sees)
+    : impl_(std::make_unique<Impl>(*scene.impl_, parts, sees))
 {
     impl_->query.touches_meshes = contact == Contact::touch;
     if (rays == Rays::incoherent)
@@ -169,9 +169,11 @@ void RayCaster::cast(std::span<const Ray> rays, std::span<Hit> hits)
     });
 }
 
-void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
+void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent, bool SeenBy::*sees) const
 {
-    RayCaster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent).cast(rays, hits);
+    RayCaster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent, RayCaster::Parts::all,
+              RayCaster::Contact::crossing, sees)
+        .cast(rays, hits);
 }
 
 } // namespace isospline

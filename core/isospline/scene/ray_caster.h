@@ -1,6 +1,7 @@
 // Casts rays at a scene, packet by packet.
 #pragma once
 
+#include "isospline/scene/scene_snapshot.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/ray_packet.h"
 
@@ -12,7 +13,6 @@
 namespace isospline {
 
 class Absorption;
-class SceneSnapshot;
 
 /// The working memory of one thread that casts many rays at a snapshot. The snapshot must outlive it. Rays and hits of
 /// a packet stay in the cache from where they are made to where they are used.
@@ -28,9 +28,9 @@ public:
     /// of an edge or corner a ray passes it within rounding; see triangle_touch(). Isosurfaces have crossings alone.
     enum class Contact { crossing, touch };
 
-    /// Touches are for cast() of incoherent rays alone.
+    /// Touches are for cast() of incoherent rays alone. `sees` tells which objects the rays of cast() and list() meet.
     explicit RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts = Parts::all,
-                       Contact contact = Contact::crossing);
+                       Contact contact = Contact::crossing, bool SeenBy::*sees = &SeenBy::camera);
     ~RayCaster();
     RayCaster(const RayCaster&) = delete;
     RayCaster& operator=(const RayCaster&) = delete;

@@ -88,8 +88,8 @@ auto dispatch_packet_size(int size, const Body& body)
 }
 
 struct RayCaster::Impl {
-    Impl(const SceneSnapshot::Impl& given_scene, Parts given_parts)
-        : scene(given_scene), camera(scene.camera_traversal()), shadow(scene.shadow_traversal()),
+    Impl(const SceneSnapshot::Impl& given_scene, Parts given_parts, bool SeenBy::*given_sees)
+        : scene(given_scene), sees(given_sees), seen(scene.traversal(sees)), shadow(scene.traversal(&SeenBy::shadow)),
           complete(given_parts == Parts::all), query(scene.instances)
     {
     }
@@ -114,12 +114,12 @@ struct RayCaster::Impl {
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     /// The largest number of rays in a packet.
     int width() const { return packet_size == 0 ? RayPacket::capacity : packet_size; }
-    /// Whether all that the camera sees can trace rays in a stream.
-    bool has_stream() const { return camera.alone != nullptr && camera.alone->object->with_stream() != nullptr; }
+    /// Whether all that the rays of cast() see can trace rays in a stream.
+    bool has_stream() const { return seen.alone != nullptr && seen.alone->object->with_stream() != nullptr; }
     /// Whether a stream is the fastest way for packets.
     bool prefers_stream(std::span<const RayPacket> packets) const
     {
-        return packet_size == 0 || !scene.coherence(&SeenBy::camera).suit_packets(packets);
+        return packet_size == 0 || !scene.coherence(sees).suit_packets(packets);
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);
@@ -161,7 +161,8 @@ struct RayCaster::Impl {
     Absorption::Depth listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const;
 
     const SceneSnapshot::Impl& scene;
-    const Traversal camera, shadow;
+    bool SeenBy::*const sees; ///< of the rays of cast() and list()
+    const Traversal seen, shadow;
     bool complete;
     std::uint64_t ray_count = 0; ///< added to the scene's at the end, so that threads do not share a counter
     int packet_size = 0;         ///< 0 if rays are traced one by one

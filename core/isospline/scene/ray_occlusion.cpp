@@ -90,7 +90,7 @@ void RayCaster::Impl::list_single(RTCScene top, const Ray& ray, std::size_t inde
 Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const
 {
     std::vector<ListedCrossing> crossings;
-    list_single(scene.shadow_top(), ray, index, crossings);
+    list_single(scene.top(&SeenBy::shadow), ray, index, crossings);
     Absorption::Depth depth = 0;
     for (const ListedCrossing& listed : crossings)
         depth = std::min(depth + absorption.depth(listed.crossing.hit, ray), Absorption::darkness);
@@ -104,12 +104,12 @@ LaneMask RayCaster::Impl::find_visible(const RayPacket& rays, std::size_t index,
     packet.absorption = &absorption;
     packet.all = &all;
     alignas(64) RTCRayHitNt<Size> ready;
-    const LaneMask used = begin<Size>(camera, rays, index, packet, ready);
+    const LaneMask used = begin<Size>(seen, rays, index, packet, ready);
     if (used == 0)
         return 0;
     std::fill_n(packet.largest_depth, Size, Absorption::invisibility);
     const ValidLanes<Size> valid(used);
-    embree::intersect_coherent(camera.scene, packet, valid.flags, ready);
+    embree::intersect_coherent(seen.scene, packet, valid.flags, ready);
     packet.rethrow();
     packet.finish();
     return used;
@@ -120,7 +120,7 @@ void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std:
                                   std::span<std::uint32_t> counts, const Absorption* absorption)
 {
     const LaneMask used = absorption != nullptr ? find_visible<Size>(rays, index, *absorption)
-                                                : find_occlusions<Size>(camera, rays, index, nullptr, {}, &all);
+                                                : find_occlusions<Size>(seen, rays, index, nullptr, {}, &all);
     // Where a surface's crossings decide on its caps, they are needed even if they are not seen.
     const auto is_certain = [](const ChordOfInstance& of) { return of.chord.certain_ends(*of.surface).has_value(); };
     std::vector<ListedCrossing> of_ray;
@@ -130,7 +130,7 @@ void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std:
         const Ray ray = rays.ray(lane);
         const bool is_used = (used >> lane & 1u) != 0;
         if (is_used && absorption != nullptr && !std::ranges::all_of(chords, is_certain))
-            list_single(scene.camera_top.get(), ray, index + static_cast<std::size_t>(lane), of_ray);
+            list_single(scene.top(sees), ray, index + static_cast<std::size_t>(lane), of_ray);
         else if (is_used)
             scene.list(ray, packet_occlusion->prepared[lane], all.of_ray[lane], chords, of_ray);
         append_list(of_ray, crossings, counts[static_cast<std::size_t>(lane)]);

@@ -30,12 +30,12 @@ const Instance& SceneSnapshot::Impl::instance(std::uint32_t id, const char* para
                   std::to_string(id) + (id < next_id ? ", which has been removed" : ""));
 }
 
-Traversal SceneSnapshot::Impl::traversal(RTCScene top, bool SeenBy::*sees) const
+Traversal SceneSnapshot::Impl::traversal(bool SeenBy::*sees) const
 {
     const auto is_seen = [sees](const auto& instance) { return instance->shown.seen_by.*sees; };
     const auto only = std::find_if(instances.begin(), instances.end(), is_seen);
     if (only == instances.end() || std::find_if(only + 1, instances.end(), is_seen) != instances.end())
-        return {top, nullptr, 0};
+        return {top(sees), nullptr, 0};
     return {(*only)->object->scene(), only->get(), static_cast<std::uint32_t>(only - instances.begin())};
 }
 

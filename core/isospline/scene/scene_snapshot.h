@@ -24,7 +24,7 @@ class RayCoherence;
 /// Which rays meet an object.
 struct SeenBy {
     bool camera = true; ///< rays of cast_rays() and list_intersections()
-    bool shadow = true; ///< rays of test_occlusions() and attenuate_rays()
+    bool shadow = true; ///< rays of test_occlusions() and attenuate_rays(), and those of a path after the first
 
     bool operator==(const SeenBy&) const = default;
 };
@@ -51,9 +51,10 @@ public:
 
     /// First crossing of each ray within its [t_near, t_far], on the calling thread. With `coherent`, consecutive rays
     /// may be traced in packets. This is faster for rays that are close together, as those of a small tile of a
-    /// picture; the hits are the same. Throws std::invalid_argument for a ray whose origin or direction is not finite
-    /// or whose direction is zero, and if there is not one hit for each ray.
-    void cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent = false) const;
+    /// picture; the hits are the same. `sees` tells which objects they meet. Throws std::invalid_argument for a ray
+    /// whose origin or direction is not finite or whose direction is zero, and if there is not one hit for each ray.
+    void cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent = false,
+                   bool SeenBy::*sees = &SeenBy::camera) const;
 
     /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. With
     /// `coherent`, consecutive rays are traced in packets. This is faster for rays that are close together, as those

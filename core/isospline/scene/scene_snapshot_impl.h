@@ -62,7 +62,7 @@ struct SceneSnapshot::Impl {
 
     std::vector<std::shared_ptr<const Instance>> instances; ///< by slot, in the order of their ids
     std::vector<SurfaceAtLevel> surfaces;                   ///< each once
-    embree::SceneHandle camera_top;                         ///< for cast_rays() and list_intersections()
+    embree::SceneHandle camera_top;                         ///< of what the camera sees
     embree::SceneHandle own_shadow_top;                     ///< null if shadow rays see the same as the camera
     RayFrame frame;            ///< of all objects at all levels, so that rays do not depend on levels
     std::uint64_t version = 0; ///< of the scene's edits
@@ -78,15 +78,12 @@ struct SceneSnapshot::Impl {
     /// The coherence of rays that meet objects as SeenBy::camera or SeenBy::shadow says.
     const RayCoherence& coherence(bool SeenBy::*sees) const;
 
-    /// For test_occlusions() and attenuate_rays().
-    RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }
-
-    /// For the same and cast_rays().
-    Traversal camera_traversal() const { return traversal(camera_top.get(), &SeenBy::camera); }
-    Traversal shadow_traversal() const { return traversal(shadow_top(), &SeenBy::shadow); }
-
-private:
-    Traversal traversal(RTCScene top, bool SeenBy::*sees) const;
+    /// What such rays are traced through.
+    RTCScene top(bool SeenBy::*sees) const
+    {
+        return sees == &SeenBy::shadow && own_shadow_top ? own_shadow_top.get() : camera_top.get();
+    }
+    Traversal traversal(bool SeenBy::*sees) const;
 };
 
 } // namespace isospline

@@ -10,6 +10,17 @@
 
 namespace isospline {
 
+namespace {
+
+/// The height of the cap of the unit sphere that a disc of this diameter in degrees covers: 1 - cosine.
+double cap_height(double angle)
+{
+    const double half_sine = std::sin(0.25 * angle * pi / 180.0);
+    return 2.0 * half_sine * half_sine;
+}
+
+} // namespace
+
 void validate(const Light& light)
 {
     if (const auto* positional = std::get_if<PositionalLight>(&light)) {
@@ -28,12 +39,16 @@ glm::dvec3 DirectionalLight::to_point(const glm::dvec2& square) const
 {
     if (angle == 0.0)
         return to_light;
-    // A cap's area is proportional to its height, which is 1 - cosine.
-    const double half_sine = std::sin(0.25 * angle * pi / 180.0);
-    const double height = 2.0 * half_sine * half_sine;
+    // A cap's area is proportional to its height.
+    const double height = cap_height(angle);
     const glm::dvec2 on_disc = to_disc(square);
     const double here = height * glm::dot(on_disc, on_disc);
     return Frame(to_light).to_world(glm::dvec3(std::sqrt(height * (2.0 - here)) * on_disc, 1.0 - here));
+}
+
+double DirectionalLight::mean_cosine() const
+{
+    return 1.0 - 0.5 * cap_height(angle);
 }
 
 std::vector<Light> camera_lights(const glm::dvec3& right, const glm::dvec3& up, const glm::dvec3& forward)

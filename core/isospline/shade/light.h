@@ -38,6 +38,9 @@ struct DirectionalLight {
     /// The unit direction to the point of the disc that a point of the unit square is mapped to. Equal areas have equal
     /// solid angles.
     glm::dvec3 to_point(const glm::dvec2& square) const;
+    /// The mean cosine of the angle between the disc's points and its centre: what a surface that faces the centre
+    /// receives, as a part of what it would receive from the centre alone.
+    double mean_cosine() const;
 
     glm::dvec3 direction; ///< in which the light travels, of any length
     glm::dvec3 intensity; ///< linear red, green and blue

@@ -356,7 +356,7 @@ class Visibility(Result):
     """Which rays see an object of a scene, as `Scene.visibility` returns it."""
 
     visible: bool = _item("visible", "Whether cameras and all ray queries except `test_occlusions` see it.")
-    casts_shadow: bool = _item("casts_shadow", "Whether `test_occlusions` and shadow rays see it.")
+    casts_shadow: bool = _item("casts_shadow", "Whether `test_occlusions`, shadow rays and reflections see it.")
 
 
 @handed

@@ -97,7 +97,7 @@ class Scene(RayQueries, PointQueries, Shown):
         visible : bool
             Whether `cast_rays`, `list_intersections`, `count_intersections` and pictures see it.
         casts_shadow : bool
-            Whether `test_occlusions` and shadow rays see it.
+            Whether `test_occlusions` and shadow rays see it, and reflected rays of path tracing.
 
         Returns
         -------

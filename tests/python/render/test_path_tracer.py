@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.spatial
 from layered import render
+from placed_images import DIRECTIONS
 from spheres import mesh_sphere, moved
 
 import isospline
@@ -268,7 +269,12 @@ LAMPS = {
     ),
     "wide sun": (
         isospline.DirectionalLight((3, 0, -4), intensity=(2, 1, 3), angle=40),
-        lambda at: np.full(at.shape[:-1], 0.8 * (1 + np.cos(np.radians(20))) / 2),
+        lambda at: np.full(at.shape[:-1], 0.8),
+        (2, 1, 3),
+    ),
+    "widest sun": (
+        isospline.DirectionalLight((0, 0, -1), intensity=(2, 1, 3), angle=180),
+        lambda at: np.ones(at.shape[:-1]),
         (2, 1, 3),
     ),
 }
@@ -403,6 +409,65 @@ def test_lamps_are_seen_and_hide_each_other():
     assert rest < 0.2 * whole
     expected = 0.6 / np.pi * np.array([red, rest, 0])
     assert_means(image, expected, 3e-3)
+
+
+SQUARE = np.array([(-2, -1, 3), (-2, 1, 3), (2, 1, 3), (2, -1, 3)], float)
+OF_SQUARE = irradiance_of_polygon(np.zeros(3), (0, 0, 1), SQUARE)
+
+
+@pytest.mark.parametrize("turn, offset", [("straight", (0, 0, 0)), ("oblique", (30.7, -10.1, 5.3))])
+def test_lamps_may_lie_in_a_surface(turn, offset):
+    """A panel in a ceiling: it lights the floor, the camera sees it, and the other side of the ceiling is dark."""
+    turn = DIRECTIONS[turn]
+
+    def place(points):
+        return np.asarray(points, float) @ turn.T + offset
+
+    def colors(lamp, eye, target):
+        camera = isospline.OrthographicCamera(place(eye), place(target), up=turn[:, 1], height=1e-3)
+        light = isospline.PathTracer(MATTE, lights=[lamp], max_bounces=1)
+        return render(scene, camera, size=(12, 12), light=light, samples=256)
+
+    scene = isospline.Scene([isospline.Mesh(place(FLOOR.vertices + (0, 0, z)), FLOOR.faces) for z in (0, 3)])
+    panel = isospline.RectangleLight(place(SQUARE[0]), turn @ (0, 2, 0), turn @ (4, 0, 0), radiance=2)
+    assert_means(colors(panel, (0, 0, 1), (0, 0, 0)), 0.6 / np.pi * 2 * OF_SQUARE, 1e-3)
+    assert (colors(panel, (0, 0, 1), (0, 0, 2)).color == (2, 2, 2, 1)).all()
+    assert not colors(panel, (0, 0, 5), (0, 0, 0)).color[..., :3].any()
+    point = isospline.PositionalLight(place((1, 0, 3)), intensity=10)
+    assert_means(colors(point, (0, 0, 1), (0, 0, 0)), 0.6 / np.pi * 10 * 3 / 10**1.5, 1e-3)
+
+
+SKIES = [isospline.EnvironmentLight(1), isospline.EnvironmentLight(image=np.ones((4, 8, 3)))]
+
+
+@pytest.mark.parametrize("sky", SKIES, ids=["constant", "image"])
+def test_reflected_rays_meet_what_casts_shadows(sky):
+    """A square above the floor hides its part of the sky, whether the camera sees it or not, or none of it."""
+    camera = isospline.OrthographicCamera((0, 0, 1), (0, 0, 0), up=(0, 1, 0), height=1e-3)
+    for visible, casts_shadow in ((True, True), (False, True), (True, False)):
+        scene = isospline.Scene([FLOOR])
+        scene.add(isospline.Mesh(SQUARE, FLOOR.faces), visible=visible, casts_shadow=casts_shadow)
+        light = isospline.PathTracer(MATTE, lights=[sky], max_bounces=1)
+        image = render(scene, camera, size=(12, 12), light=light, samples=1024)
+        assert_means(image, 0.6 * (1 - casts_shadow * OF_SQUARE / np.pi), 1e-3)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_normals_at_vertices_shade_the_side_of_the_face(side):
+    """Lambert's law for the normals, with the light above the face alone."""
+    floor = isospline.Mesh(FLOOR.vertices, FLOOR.faces, normals=[at_angle(50)] * 4)
+    camera = isospline.OrthographicCamera((0, 0, 30 * side), (0, 0, 0), up=(0, 1, 0), height=1)
+
+    def image(lamp, samples):
+        light = isospline.PathTracer(MATTE, lights=[lamp], max_bounces=1)
+        return render(isospline.Scene([floor]), camera, size=(12, 12), light=light, samples=samples)
+
+    for angle in (-60, -20, 30, 80, 100):
+        sun = isospline.DirectionalLight(-side * at_angle(angle), intensity=np.pi)
+        expected = 0.6 * max(np.cos(np.radians(angle - 50)), 0) if angle < 90 else 0
+        np.testing.assert_allclose(image(sun, 1).color[..., :3], expected, atol=1e-6)
+    for sky in SKIES:
+        assert_means(image(sky, 1024), 0.6 * (1 + np.cos(np.radians(50))) / 2, 1e-3)
 
 
 def test_a_material_for_each_geometry():
