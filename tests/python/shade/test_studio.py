@@ -268,6 +268,30 @@ def test_the_ground_has_the_background_but_for_shadows():
     np.testing.assert_allclose(with_ground.color[both], without.color[both], atol=0.3)
 
 
+def test_a_ground_that_the_key_light_does_not_reach_has_the_background():
+    """Without a key light, and with a camera on its side, so that the light from over its shoulder comes from below."""
+    upright = isospline.camera_for(sphere(), view=(1, -2, 1), size=SIZE, margin=0.5)
+    right = upright.world_to_camera[0, :3]
+    on_its_side = isospline.PerspectiveCamera(upright.eye, upright.target, -right, upright.field_of_view)
+    for camera, light in ((upright, FEW.replace(key=0)), (on_its_side, FEW.replace(up=(0, 0, 1)))):
+        share = isospline.render(sphere(), camera, size=SIZE, light=light, background="white").color[..., 0]
+        np.testing.assert_allclose(share[[0, 0, -1, -1], [0, -1, 0, -1]], 1, atol=1e-5)
+        assert light.key or share[40:].min() < 0.75  # the sky has a shadow
+    dark = FEW.replace(key=0, sky=0)
+    image = isospline.render(sphere(), upright, size=SIZE, light=dark, background="transparent")
+    plain = isospline.render(sphere(), upright, size=SIZE, light=dark.replace(ground=False), background="transparent")
+    np.testing.assert_array_equal(image.color[..., 3], plain.color[..., 3])
+
+
+@pytest.mark.parametrize("view, up", [((1, -2, -1), (0, 0, -1)), ((1, -2, 1), (0, 0, 1)), ("bottom", (0, 0, 1))])
+def test_the_ground_is_on_the_lower_side_of_the_picture(view, up):
+    camera = isospline.camera_for(sphere(), view=view, up=None if view == "bottom" else up, size=SIZE)
+    options = dict(size=SIZE, background="white")
+    image = isospline.render(sphere(), camera, light=FEW, **options)
+    expected = isospline.render(sphere(), camera, light=FEW.replace(up=up), **options)
+    np.testing.assert_array_equal(image.color, expected.color)
+
+
 def test_shadows_are_kept_where_there_is_no_background():
     image = isospline.render(sphere(), size=SIZE, light=FEW, background="transparent")
     outside = np.isclose(isospline.render(sphere(), size=SIZE, light="phong", samples=4).color[..., 3], 0)
