@@ -144,6 +144,18 @@ def test_by_normal_and_by_depth(camera):
     np.testing.assert_allclose(values, image.depth[seen], atol=2e-5)
 
 
+@pytest.mark.parametrize("eye", [(0, 0, 0.5), (0, -7, 0)], ids=["inside", "outside"])
+def test_by_depth_in_a_panorama(eye):
+    """From the nearest point of the scene's box, which is no corner, to the farthest one."""
+    scene = isospline.Scene([quadratic((1, 1, 1), 5)])
+    corners = np.stack(np.meshgrid(*zip(*scene.bounds)), axis=-1).reshape(-1, 3)
+    limits = np.linalg.norm(eye - np.clip(eye, *scene.bounds)), np.linalg.norm(corners - eye, axis=1).max()
+    camera = isospline.PanoramicCamera(eye, np.add(eye, (0, 1, 0)))
+    image = shown(scene, camera, isospline.ColorByDepth(RAMP))
+    values, _ = value_of(image, limits)
+    np.testing.assert_allclose(values, image.depth[np.isfinite(image.depth)], atol=2e-5)
+
+
 def test_maps_of_matplotlib_look_as_they_do_there(camera):
     matplotlib = pytest.importorskip("matplotlib")
     scene = isospline.Scene([quadratic((1, 1, 1), 5)])
