@@ -95,9 +95,9 @@ py::array_t<bool> uneven_pixels_of(const std::vector<std::pair<const Image*, flo
         averaged([&](const Progress& progress) { return uneven_pixels(pictures, guides, given, progress); }), size);
 }
 
-/// The parts of two lights, (2, height, width).
+/// The parts of two lights, (2, 1 or 3, height, width).
 py::array_t<float> seen_parts_of(const std::array<TwoPictures, light_count>& lights, const Image& guides,
-                                 const BoolArray& edges, const BoolArray& mask, int step)
+                                 const BoolArray& edges, const BoolArray& mask, int step, bool by_channel)
 {
     check_guides(guides);
     checked_step(step);
@@ -110,9 +110,12 @@ py::array_t<float> seen_parts_of(const std::array<TwoPictures, light_count>& lig
     }
     const PixelMask at_edges = as_pixel_mask(edges, "edges", guides.size);
     const PixelMask wanted = as_pixel_mask(mask, "mask", guides.size);
+    const PartsOfLight kind = by_channel ? PartsOfLight::by_channel : PartsOfLight::one;
     const LightParts parts = averaged(
-        [&](const Progress& progress) { return seen_parts(pictures, guides, at_edges, wanted, step, progress); });
-    auto array = new_array<float>(Shape{static_cast<py::ssize_t>(light_count), guides.size.y, guides.size.x});
+        [&](const Progress& progress) { return seen_parts(pictures, kind, guides, at_edges, wanted, step, progress); });
+    constexpr auto lights_in_all = static_cast<py::ssize_t>(light_count);
+    const auto channels = static_cast<py::ssize_t>(parts.size()) / lights_in_all;
+    auto array = new_array<float>(Shape{lights_in_all, channels, guides.size.y, guides.size.x});
     float* to = array.mutable_data();
     for (const std::vector<float>& part : parts)
         to = std::copy(part.begin(), part.end(), to);
@@ -123,11 +126,12 @@ py::array_t<float> changes_of(const FloatArray& parts, const Image& guides, cons
 {
     check_guides(guides);
     const std::size_t count = guides.pixel_count();
-    if (static_cast<std::size_t>(parts.size()) != light_count * count)
-        throw_invalid("parts", "shape (2, height, width)", parts.size());
+    if (parts.ndim() != 4 || parts.shape(0) * parts.shape(1) == 0 || parts.shape(2) != guides.size.y ||
+        parts.shape(3) != guides.size.x)
+        throw_invalid("parts", "shape (lights, channels, height, width)", to_text(shape_of(parts)));
     LightParts given;
-    for (std::size_t i = 0; i < light_count; ++i)
-        given[i].assign(parts.data() + i * count, parts.data() + (i + 1) * count);
+    for (const float* from = parts.data(); from != parts.data() + parts.size(); from += count)
+        given.emplace_back(from, from + count);
     const PixelMask at_edges = as_pixel_mask(edges, "edges", guides.size);
     return array_of<float>(
         averaged([&](const Progress& progress) { return changes(given, guides, at_edges, progress); }), guides.size);
@@ -173,7 +177,7 @@ void bind_interleaved(py::module_& module)
     module.def("edges", &edges_of, py::arg("guides"));
     module.def("uneven_pixels", &uneven_pixels_of, py::arg("sum"), py::arg("guides"), py::arg("edges"));
     module.def("seen_parts", &seen_parts_of, py::arg("lights"), py::arg("guides"), py::arg("edges"), py::arg("mask"),
-               py::arg("step"));
+               py::arg("step"), py::arg("by_channel"));
     module.def("changes", &changes_of, py::arg("parts"), py::arg("guides"), py::arg("edges"));
     module.def("mean_on_plane", &mean_of, py::arg("numbers"), py::arg("weights"), py::arg("first"), py::arg("step"));
     module.def("changes_on_plane", &changes_on_plane_of, py::arg("means"));

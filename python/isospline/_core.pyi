@@ -489,7 +489,12 @@ def render_part(
     progress: Any,
 ) -> tuple[Any, ...]: ...
 def seen_parts(
-    lights: tuple[tuple[Image, Image], tuple[Image, Image]], guides: Image, edges: Any, mask: Any, step: int
+    lights: tuple[tuple[Image, Image], tuple[Image, Image]],
+    guides: Image,
+    edges: Any,
+    mask: Any,
+    step: int,
+    by_channel: bool,
 ) -> NDArray[np.float32]: ...
 def set_thread_count(arg0: int, /) -> None: ...
 def thread_count() -> int: ...

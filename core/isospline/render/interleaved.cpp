@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 
 namespace isospline {
 
@@ -90,19 +91,28 @@ struct Mean {
         sum += weight * number;
         total += weight;
     }
+    void add(const Mean& other)
+    {
+        sum += other.sum;
+        total += other.total;
+    }
     float or_else(float other) const { return total > 0.0f ? sum / total : other; }
 
     float sum = 0.0f, total = 0.0f;
 };
 
-/// The part of a light that arrives at the pixels of a picture, and whether it is known: 1 or 0.
+/// The part of a light that arrives at the pixels of a picture, and its weight in means, 0 where it is not known.
 struct LightOfPixels {
-    std::vector<float> part, known;
+    std::vector<float> part, weight;
 };
 
-LightOfPixels light_of_pixels(const PicturesOfLight& pictures)
+/// The part of all channels, or of one. Channels have the weight of their light: the rays of a pixel that begin at
+/// random surfaces tell much of a channel that is bright in others.
+LightOfPixels light_of_pixels(const PicturesOfLight& pictures, std::optional<int> channel)
 {
-    const auto light = [](const glm::vec4& color) { return color.r + color.g + color.b; };
+    const auto light = [channel](const glm::vec4& color) {
+        return channel ? color[*channel] : color.r + color.g + color.b;
+    };
     const std::size_t count = pictures.lit->color.size();
     LightOfPixels result{std::vector<float>(count), std::vector<float>(count)};
     for (std::size_t i = 0; i < count; ++i) {
@@ -110,7 +120,7 @@ LightOfPixels light_of_pixels(const PicturesOfLight& pictures)
         if (!(unhidden > least_light) || pictures.lit->color[i].a == 0.0f)
             continue;
         result.part[i] = light(pictures.lit->color[i]) / unhidden;
-        result.known[i] = 1.0f;
+        result.weight[i] = channel ? unhidden : 1.0f;
     }
     return result;
 }
@@ -174,32 +184,41 @@ PixelMask uneven_pixels(std::span<const PictureInSum> sum, const Image& guides, 
     return result;
 }
 
-LightParts seen_parts(const std::array<PicturesOfLight, light_count>& lights, const Image& guides,
+LightParts seen_parts(const std::array<PicturesOfLight, light_count>& lights, PartsOfLight kind, const Image& guides,
                       const PixelMask& edges, const PixelMask& mask, int step, const Progress& progress)
 {
+    constexpr int most_channels = 3;
     const Pixels pixels = pixels_of(guides);
-    std::array<LightOfPixels, light_count> given;
-    LightParts results;
-    for (std::size_t i = 0; i < light_count; ++i) {
-        given[i] = light_of_pixels(lights[i]);
-        results[i].resize(pixels.count());
-    }
+    std::vector<LightOfPixels> given;
+    for (const PicturesOfLight& pictures : lights)
+        if (kind == PartsOfLight::one)
+            given.push_back(light_of_pixels(pictures, std::nullopt));
+        else
+            for (int channel = 0; channel < most_channels; ++channel)
+                given.push_back(light_of_pixels(pictures, channel));
+    const std::size_t channel_count = given.size() / light_count;
+    LightParts results(given.size(), std::vector<float>(pixels.count()));
     pixels.visit(progress, [&](const glm::ivec2& pixel, std::size_t here) {
         if (!mask[here])
             return;
-        std::array<Mean, light_count> means;
+        std::array<Mean, light_count * most_channels> means;
         // Nothing is asked of surfaces that are too translucent to be seen.
         bool is_known = lights[0].unhidden->color[here].a == 0.0f;
         pixels.visit_block(pixel, step, [&](std::size_t there, float weight) {
             if (edges[here] ? edges[there] == 0 : !are_alike(guides, here, there))
                 return;
-            for (std::size_t i = 0; i < light_count; ++i)
-                means[i].add(given[i].part[there], weight * given[i].known[there]);
+            for (std::size_t i = 0; i < given.size(); ++i)
+                means[i].add(given[i].part[there], weight * given[i].weight[there]);
             is_known |= lights[0].lit->color[there].a > 0.0f;
         });
         const float without_light = edges[here] ? 0.0f : is_known ? 1.0f : std::numeric_limits<float>::quiet_NaN();
-        for (std::size_t i = 0; i < light_count; ++i)
-            results[i][here] = means[i].or_else(without_light);
+        for (std::size_t first = 0; first < given.size(); first += channel_count) {
+            Mean of_all_channels;
+            for (std::size_t i = first; i < first + channel_count; ++i)
+                of_all_channels.add(means[i]);
+            for (std::size_t i = first; i < first + channel_count; ++i)
+                results[i][here] = means[i].or_else(of_all_channels.or_else(without_light));
+        }
     });
     return results;
 }

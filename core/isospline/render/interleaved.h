@@ -31,8 +31,11 @@ struct PicturesOfLight {
 };
 /// The key light and the sky.
 inline constexpr std::size_t light_count = 2;
-/// The part of each light that arrives at each pixel.
-using LightParts = std::array<std::vector<float>, light_count>;
+/// The parts of light that arrive at each pixel: of each light, one or those of its red, green and blue.
+using LightParts = std::vector<std::vector<float>>;
+/// Which parts of a light there are. One is that of every colour where a pixel shows one surface. Where it shows
+/// several of different colours, as through translucent ones, each of them gets another part.
+enum class PartsOfLight { one, by_channel };
 
 /// A picture that counts in a sum, and its weight.
 struct PictureInSum {
@@ -48,10 +51,10 @@ PixelMask edges(const Image& guides, const Progress& progress = {});
 PixelMask uneven_pixels(std::span<const PictureInSum> sum, const Image& guides, const PixelMask& edges,
                         const Progress& progress = {});
 
-/// For each light and each pixel of a mask the part of the light that arrives: the mean over the block around the
+/// For each light and each pixel of a mask the parts of the light that arrive: the mean over the block around the
 /// pixel, where it shows the same smooth surface, or NaN if no pixel there has cast rays. Edges have the means of
 /// edges. `guides` has positions, normals and geometry ids. The pixels of blocks are `step` columns and rows apart.
-LightParts seen_parts(const std::array<PicturesOfLight, light_count>& lights, const Image& guides,
+LightParts seen_parts(const std::array<PicturesOfLight, light_count>& lights, PartsOfLight kind, const Image& guides,
                       const PixelMask& edges, const PixelMask& mask, int step, const Progress& progress = {});
 
 /// How fast coarse parts of light change at each pixel over a smooth surface: from 0, where they are good, to 1, where

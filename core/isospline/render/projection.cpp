@@ -179,6 +179,8 @@ glm::dvec2 Projection::depth_range(const Box& box) const
         nearest = std::min(nearest, std::max(corner_depth, 0.0));
         farthest = std::max(farthest, corner_depth);
     }
+    if (kind_ == Kind::panoramic) // the nearest point of a box need not be a corner
+        nearest = depth(glm::clamp(eye_, box.lower, box.upper));
     return nearest < farthest ? glm::dvec2(nearest, farthest) : glm::dvec2(0.0, 1.0);
 }
 

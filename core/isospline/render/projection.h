@@ -52,7 +52,7 @@ public:
     const glm::dvec3& eye() const { return eye_; }
     /// Camera-space z of a point: its distance from the eye along the viewing direction; in a panorama, its distance.
     double depth(const glm::dvec3& position) const;
-    /// The range of depths of a box, from its nearest corner in front of the camera to the farthest.
+    /// The range of depths of a box, from its nearest point in front of the camera to the farthest.
     glm::dvec2 depth_range(const Box& box) const;
 
     /// Unit axes of camera space, in world space. They are orthogonal even if the edges of the image are not;

@@ -37,7 +37,7 @@ bool has_attributes(const Mesh& mesh)
     return !mesh.normals().empty() || !mesh.colors().empty() || !mesh.values().numbers.empty();
 }
 
-/// A shading normal on the same side as the face's normal, as seen by the viewer: one that is beyond the horizon is
+/// A shading normal on the same side as a normal of the face, as seen by the viewer: one that is beyond the horizon is
 /// moved back to it.
 glm::dvec3 on_same_side(const glm::dvec3& normal, const glm::dvec3& face_normal, const glm::dvec3& to_viewer)
 {
@@ -98,11 +98,13 @@ void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curv
         if (const auto& values = mesh.values().numbers; !values.empty())
             point.value = weights.x * values[face.x] + weights.y * values[face.y] + weights.z * values[face.z];
         if (const auto& normals = mesh.normals(); !normals.empty()) {
-            const glm::dvec3 between = weights.x * unit(normals[face.x]) + weights.y * unit(normals[face.y]) +
-                                       weights.z * unit(normals[face.z]);
-            const glm::dvec3 normal = transform_gradient(entry.scene_to_object, between);
+            const glm::dvec3 a = unit(normals[face.x]), b = unit(normals[face.y]), c = unit(normals[face.z]);
+            const auto in_scene = [&](const glm::dvec3& n) { return transform_gradient(entry.scene_to_object, n); };
+            const glm::dvec3 normal = in_scene(weights.x * a + weights.y * b + weights.z * c);
+            // The outer side of the face is that of its vertices' normals, whatever their order says.
+            const bool is_reversed = glm::dot(hit.normal, in_scene(a + b + c)) < 0.0;
             if (normal != glm::dvec3(0.0))
-                point.normal = on_same_side(unit(normal), hit.normal, point.to_viewer);
+                point.normal = on_same_side(unit(normal), is_reversed ? -hit.normal : hit.normal, point.to_viewer);
         }
     }
 }

@@ -13,30 +13,35 @@ namespace isospline {
 
 namespace {
 
-/// Steps of additive recurrences: the fractions of multiples of badly approximable numbers.
-constexpr double golden = 0.61803398874989484820, silver = 0.41421356237309504880, bronze = 0.30277563773199464656;
+/// Steps of additive recurrences, the fractions of multiples of badly approximable numbers, whose terms are well
+/// separated: of the golden ratio on a line, and of the plastic number in a square.
+constexpr double golden = 0.61803398874989484820;
+constexpr glm::dvec2 plastic(0.7548776662466927, 0.5698402909980532);
 
 /// The random numbers of a pixel's sample.
 struct Shifts {
     glm::dvec2 square; ///< of points of the unit square
     double number;     ///< of the sample in its block
 
-    /// Of the choice among the surfaces along a ray, and of the light that has to be left.
-    double surface() const { return glm::fract(number * golden); }
-    double threshold() const { return glm::fract(number * silver); }
+    /// For the i-th of a sample's `count` rays: of the choice among the surfaces along the camera ray, and of the light
+    /// that has to be left. Both are those of a recurrence over all rays of a block.
+    glm::dvec2 of_ray(std::size_t i, std::size_t count) const
+    {
+        return glm::fract((number * static_cast<double>(count) + static_cast<double>(i)) * plastic);
+    }
 };
 
-/// The samples of a pixel are an additive recurrence of the plastic number, whose terms are well separated. The pixels
-/// of a block of 4 x 4 begin at the points of a Hammersley set, so that the block covers the square 16 times as finely
-/// (A. Keller, W. Heidrich, "Interleaved sampling", EGWR 2001), and in the order of a Bayer matrix, so that neighbours
-/// differ most and the error has high frequencies only. The other numbers are recurrences over all samples of a block.
+/// The samples of a pixel are an additive recurrence. The pixels of a block of 4 x 4 begin at the points of a
+/// Hammersley set, so that the block covers the square 16 times as finely (A. Keller, W. Heidrich, "Interleaved
+/// sampling", EGWR 2001), and in the order of a Bayer matrix, so that neighbours differ most and the error has high
+/// frequencies only.
 Shifts shifts_of(const glm::ivec2& pixel, std::uint32_t sample)
 {
-    constexpr glm::dvec2 step(0.7548776662466927, 0.5698402909980532);
     const auto x = static_cast<unsigned>(pixel.x), y = static_cast<unsigned>(pixel.y), z = x ^ y;
     const unsigned reversed = (z & 1) << 3 | (y & 1) << 2 | (z & 2) | (y & 2) >> 1;
     const unsigned order = (y & 2) << 2 | (z & 2) << 1 | (y & 1) << 1 | (z & 1);
-    return {glm::fract(glm::dvec2(reversed, order) / 16.0 + static_cast<double>(sample) * step), 16.0 * sample + order};
+    return {glm::fract(glm::dvec2(reversed, order) / 16.0 + static_cast<double>(sample) * plastic),
+            16.0 * sample + order};
 }
 
 /// The i-th of `count` points of the unit square: Fibonacci's lattice, shifted.
@@ -132,14 +137,13 @@ public:
         for (const Receiver& receiver : receivers)
             total += receiver.part;
         for (std::size_t i = 0; i < count && !receivers.empty(); ++i) {
-            const auto order = static_cast<double>(i);
-            double rest = total * glm::fract(shifts.surface() + order * silver);
+            const glm::dvec2 random = shifts.of_ray(i, count);
+            double rest = total * random.x;
             auto receiver = receivers.begin();
             for (; rest >= receiver->part && receiver + 1 != receivers.end(); ++receiver)
                 rest -= receiver->part;
             add(first + i % group_count, rays_from(*receiver->surface)(lattice_point(i, count, shifts.square)),
-                receiver->place, total / receiver->part / static_cast<double>(count),
-                1.0 - glm::fract(shifts.threshold() + order * bronze));
+                receiver->place, total / receiver->part / static_cast<double>(count), 1.0 - random.y);
         }
     }
 

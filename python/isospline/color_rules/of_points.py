@@ -164,7 +164,7 @@ class ColorByDepth(_ColorRule):
         Between them, colours are interpolated in linear light.
     limits : (float, float), optional
         Depths of the first and of the last colour, world units, as in `Image.depth`; by default the smallest and the
-        largest depth of the corners of the scene's box.
+        largest depth of the scene's box, 0 with the eye inside.
 
     Raises
     ------

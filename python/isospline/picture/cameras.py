@@ -59,7 +59,8 @@ def camera_for(
     """Make a camera that shows all of a scene, or of a box, in the middle of the image.
 
     The camera is fitted to the drawn objects: surfaces after cuts, their caps, and meshes, not to the corners of their
-    box. Nothing is cut off at the sides of the image, and along one axis of the image both sides touch the margin.
+    box. Nothing is cut off at the sides of the image, and along one axis of the image both sides touch the margin;
+    in a wide field of view the eye may have to be farther away than that, in front of all objects.
 
     Parameters
     ----------

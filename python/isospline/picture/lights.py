@@ -16,7 +16,7 @@ from ..looks import AmbientOcclusion, Material, Outline, Phong
 from ..looks.shadings import _Shading
 from ..scene import Isosurface, Mesh, Scene
 from .environments import EnvironmentLight, upright
-from .materials import UNLIT, names_in_shadings
+from .materials import UNLIT, is_translucent, names_in_shadings
 from .path_tracer import PathTracer
 from .rules import Placed, completed, is_incomplete, own_material
 from .studio import Studio
@@ -59,7 +59,7 @@ def resolve(scene: Scene, light: Light, color: Color | None = None, opacity: flo
     if isinstance(light, PathTracer):
         materials = _materials(scene, light, changes)
         for id, each in materials.items():
-            if each.opacity < 1 or each.silhouette_opacity is not None:
+            if is_translucent(each):
                 warn(f"light: a PathTracer draws all surfaces opaque, also object {id} with its opacity")
         return light._compiled(materials)
     if isinstance(light, _core.PathTracer):

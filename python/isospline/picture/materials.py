@@ -24,6 +24,11 @@ def names_in_shadings(material: Material) -> list[str]:
     return names
 
 
+def is_translucent(look: Any) -> bool:
+    """Whether a material or a shading shows what is behind it."""
+    return bool(look.opacity < 1 or look.silhouette_opacity is not None)
+
+
 def check_materials(materials: Any) -> dict[Any, Material]:
     """Check a dict of objects or their geometry ids to materials, and copy it."""
     keys = (Isosurface, Mesh, numbers.Integral)

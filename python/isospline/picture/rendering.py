@@ -75,9 +75,9 @@ def render(
         are attenuated by opacities.
     environment : path, (height, width, 3) array, float, (3,) float or EnvironmentLight, optional
         The light from all around, for path tracing, which is the default with it: an equirectangular panorama, as an
-        .exr or .hdr file or an array, or a brightness or colour. A panorama stands upright: its zenith is +z, or the
-        upward direction of `suggest_view` if the camera's is nearer to it. ``EnvironmentLight("sky.exr",
-        visible=True)`` is seen behind the surfaces, too.
+        .exr or .hdr file or an array, or a brightness or colour. A panorama stands upright: its zenith is what is
+        nearest to the camera's upward direction, of +z, that of `suggest_view` and the opposites of both.
+        ``EnvironmentLight("sky.exr", visible=True)`` is seen behind the surfaces, too.
     color, opacity : optional
         Colour and opacity of all objects, in place of their own, as in `Material`.
     size : (int, int)

@@ -16,7 +16,7 @@ import numpy as np
 from .. import _core
 from ..looks import AmbientOcclusion, Phong
 from .image import Image
-from .materials import UNLIT
+from .materials import UNLIT, is_translucent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -138,10 +138,13 @@ def lit_surfaces(
     guides = open_key._arrays
     edges = _core.edges(guides)
 
+    # Where a pixel shows surfaces of different colours, one part of the light is not that of all channels.
+    by_channel = passes.has_lens or any(map(is_translucent, looks.values()))
+
     def seen(hidden, mask, step):
         in_key, in_sky = hidden
         pairs = (in_key._arrays, guides), (in_sky._arrays, open_sky._arrays)
-        return _core.seen_parts(pairs, guides, edges, mask, step)
+        return _core.seen_parts(pairs, guides, edges, mask, step, by_channel)
 
     hidden = [Image(guides.blank()) for _ in in_hidden]
     if passes.has_lens:  # each ray of a pixel may show another surface
@@ -163,7 +166,7 @@ def lit_surfaces(
         seen_parts += change * (seen(hidden, change > 0, 1) - seen_parts)
         # Light is compared with and without shadows of the same rays: other colours of several rays come last.
         passes.again(pictures, scene, in_open, uneven & ~edges & (samples > 1), until, samples=samples)
-    of_key, of_sky = seen_parts[..., None]
+    of_key, of_sky = np.moveaxis(seen_parts, 1, -1)
     color = open_key.color[..., :3]
     color[:] = of_key * color + sky * of_sky * open_sky.color[..., :3] + filled.color[..., :3]
     return open_key

@@ -65,8 +65,8 @@ class Studio:
     ground : bool
         Whether there is a ground. It is left out if the eye is below it, and in panoramas.
     up : (3,) float, optional
-        The direction away from the ground; by default (0, 0, 1), or the one that `suggest_view` suggests for the scene
-        if the camera's upward direction is nearer to it.
+        The direction away from the ground; by default what is nearest to the camera's upward direction, of (0, 0, 1),
+        the one that `suggest_view` suggests for the scene and the opposites of both.
     light_samples : int
         Shadow rays to the key light, and rays to the sky, for each of the `samples` of a pixel, of which 4 count at
         least; 1 to 65536. No pixel casts more than about 1024 to each. Where light changes slowly, one pixel in four
@@ -200,7 +200,8 @@ def render_in_studio(
         for id in below.ids:
             below.set_visibility(id, visible=False)
         on_ground = soft.on_plane(looks, below.add(ground, casts_shadow=False), lights.diffuse_of_white)
-        shade = hidden_from_plane(passes, below, on_ground, (KEY_SHADOW, SKY_SHADOW), lit, 1.0)[inner]
+        weights = KEY_SHADOW if lights.diffuse_of_white else 0.0, SKY_SHADOW if light.sky else 0.0
+        shade = hidden_from_plane(passes, below, on_ground, weights, lit, 1.0)[inner]
     image._arrays.lay_over(background, shade)
     if encoding == "srgb8":
         image._arrays.encode_srgb8()
@@ -219,12 +220,12 @@ def _widened(crop, size):
 
 
 def upward_for(scene: Scene, camera: Any) -> tuple[float, float, float]:
-    """The direction away from the ground: z, or the suggested one if the camera has it above."""
-    suggested, z = suggested_view(scene), (0.0, 0.0, 1.0)
-    if suggested is None:
-        return z
+    """The direction away from the ground: of z, the suggested one and their opposites, what the camera has above."""
+    suggested = suggested_view(scene)
+    ups = [(0.0, 0.0, 1.0)] if suggested is None else [(0.0, 0.0, 1.0), suggested.up]
+    ups += [(-x, -y, -z) for x, y, z in ups]
     upward = camera.world_to_camera[1, :3]
-    return suggested.up if upward @ suggested.up > upward @ z else z
+    return max(ups, key=lambda up: round(float(upward @ up), 9))  # the first of those that are equally near
 
 
 class _Lights:
@@ -236,7 +237,7 @@ class _Lights:
         towards = 1.1 * right - 1.2 * up + 0.8 * forward
         self.key = DirectionalLight(towards, intensity=studio.key, angle=_ANGLE)
         self.fill = DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=studio.fill)
-        # The diffuse coefficient of a ground that is white where it receives all of the key light.
+        # The diffuse coefficient of a ground that is white where it receives all of the key light; 0 if it gets none.
         received = studio.key * max(0.0, -gravity @ towards / np.linalg.norm(towards))
         self.diffuse_of_white = 1 / received if received > 0 else 0.0
 
@@ -254,12 +255,11 @@ def phong_of(material: Material) -> Phong:
 
 def _without_values(looks):
     """The looks with black cuts in place of those that show values, and looks of these values alone; {} without any."""
-    ids = [id for id, look in looks.items() if isinstance(look.cap_color, _ColorRule)]
-    if not ids:
+    black = {id: look.replace(cap_color=_BLACK) for id, look in looks.items() if isinstance(look.cap_color, _ColorRule)}
+    if not black:
         return looks, {}
-    dark = {id: look.replace(lights=[], shadows=False, ambient=0, cap_color=None) for id, look in looks.items()}
-    alone = {id: dark[id].replace(cap_color=looks[id].cap_color) for id in ids}
-    return looks | {id: looks[id].replace(cap_color=_BLACK) for id in ids}, dark | alone
+    dark = {id: look.replace(lights=[], shadows=False, ambient=0) for id, look in looks.items()}
+    return looks | black, dark
 
 
 def _add_values(image, values):

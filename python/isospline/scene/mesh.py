@@ -31,8 +31,8 @@ class Mesh(SceneObject, MeshConversions):
     faces : (F, 3) array_like of integers, optional
         Rows of `vertices`. Seen from outside, the corners of a face are in counter-clockwise order.
     normals : (V, 3) array_like of numbers, optional
-        Outward normals at the vertices, of any length. They are interpolated across each face for shading. Ray queries
-        return the normals of the faces.
+        Outward normals at the vertices, of any length. They are interpolated across each face for shading, and tell its
+        outer side there, whatever the order of its corners. Ray queries return the normals of the faces.
     colors : (V, 3) array_like of numbers, str or sequence of str, optional
         Colours at the vertices, interpolated across each face: sRGB from 0 to 1, or from 0 to 255 if the type is uint8;
         or names, one for all vertices or one each. They are multiplied by the colour of a `Phong`, white by

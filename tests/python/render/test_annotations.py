@@ -62,7 +62,8 @@ def test_the_bar_of_depth_has_the_limits_of_the_picture(kind):
     scene, eye = isospline.Scene([sphere()]), np.array((11.5, 3.0, 11.5))
     corners = np.stack(np.meshgrid(*scene.bounds.T), axis=-1).reshape(-1, 3)
     if kind == "panorama":
-        camera, depths = isospline.PanoramicCamera(eye, (11.5, 11.5, 11.5)), np.linalg.norm(corners - eye, axis=1)
+        ends = np.vstack([corners, np.clip(eye, *scene.bounds)])  # the nearest point may be within a face
+        camera, depths = isospline.PanoramicCamera(eye, (11.5, 11.5, 11.5)), np.linalg.norm(ends - eye, axis=1)
     else:
         eye[1] -= 30 if kind == "perspective" else 0
         camera, depths = isospline.PerspectiveCamera(eye, (11.5, 11.5, 11.5)), np.maximum(corners[:, 1] - eye[1], 0)

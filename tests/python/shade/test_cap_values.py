@@ -102,6 +102,19 @@ def test_the_rest_of_a_picture_does_not_change_with_values_on_the_cut(scene):
         assert (shown.color[cap] != plain.color[cap]).any()
 
 
+@pytest.mark.parametrize("light", [isospline.Studio(light_samples=1), isospline.Studio(fast=True)])
+def test_values_on_one_cut_leave_the_albedo_of_another(scene, light):
+    surface = scene.object(0)
+    scene = isospline.Scene([surface, (surface, np.eye(4) + 24 * np.eye(4, k=3))])
+    values = isospline.Material("ivory", cap_color=isospline.ColorByVolume(surface.volume, "gray", limits=LIMITS))
+    light = light.replace(materials={0: values, 1: isospline.Material("ivory", cap_color=(0, 0, 1))})
+    image = render(scene, isospline.camera_for(scene, view="front", size=SIZE), size=SIZE, samples=1, light=light)
+    cap = image.primitive_ids == surface.volume.cell_count
+    blue, gray = (image.albedo[cap & (image.geometry_ids == id)] for id in (1, 0))
+    np.testing.assert_array_equal(blue, np.broadcast_to((0, 0, 1), blue.shape))
+    assert len(blue) > 400 and len(gray) > 400 and np.ptp(gray[:, 0]) > 0.1
+
+
 def test_colour_bars_show_the_values_of_cuts(scene):
     look = looks(scene.object(0).volume)["phong"]
     plain, marked = (

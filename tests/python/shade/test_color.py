@@ -1,4 +1,4 @@
-"""Colours of surfaces against closed forms: by volume, curvature, normal, depth, and between vertices."""
+"""Colours of surfaces against closed forms: by volume, curvature, normal and depth."""
 
 import sys
 
@@ -12,6 +12,7 @@ from isospline.colors import color_map, linear, srgb_to_linear
 
 SIZE = (90, 70)
 RAMP = [(0, 0, 0), (1, 1, 1)]
+TRIANGLE = [(-4, 1, -3), (5, 0, -2), (0.5, 2, 4.0)], [(0, 1, 2)]
 
 
 def shown(scene, camera, color):
@@ -143,72 +144,16 @@ def test_by_normal_and_by_depth(camera):
     np.testing.assert_allclose(values, image.depth[seen], atol=2e-5)
 
 
-def barycentric(points, corners):
-    """Weights of the corners, by least squares; the corners span a plane."""
-    system = np.vstack([corners.T, np.ones(3)])
-    return np.linalg.lstsq(system, np.c_[points, np.ones(len(points))].T, rcond=None)[0].T
-
-
-CORNERS = np.array([(-4, 1, -3), (5, 0, -2), (0.5, 2, 4.0)])
-PLACED = np.array([(0, 0.5, -1.2, 0.3), (0.2, 1.1, 0.4, -1), (1.3, 0, 0.1, 0.2), (0, 0, 0, 1)])
-
-
-@pytest.mark.parametrize("transform", [np.eye(4), PLACED], ids=["in place", "transformed"])
-def test_vertex_colors_are_linear_between_the_corners(camera, transform):
-    colors = np.array([(1, 0, 0.2), (0.1, 1, 0), (0, 0.3, 0.9)])
-    scene = isospline.Scene()
-    scene.add(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=linear(colors)), transform)
-    light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=linear((0.5, 1, 0.7)))
-    image = render(scene, camera, size=SIZE, light=light)
-    seen = np.isfinite(image.depth)
-    assert seen.sum() > 300
-    placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
-    weights = barycentric(image.position[seen].astype(float), placed)
-    np.testing.assert_allclose(image.color[seen, :3], weights @ colors * (0.5, 1, 0.7), atol=5e-6)
-
-
-MIRRORED = np.diag([-1, 1, 1, 1])
-
-
-@pytest.mark.parametrize("transform", [np.eye(4), PLACED, MIRRORED], ids=["in place", "transformed", "mirrored"])
-def test_vertex_normals_are_interpolated(camera, transform):
-    normals = np.array([(-0.3, -1, -0.2), (0.4, -2, 0), (0, -0.7, 0.3)])
-    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], normals=normals)
-    np.testing.assert_array_equal(mesh.normals, normals)
-    scene = isospline.Scene()
-    scene.add(mesh, transform)
-    image = render(scene, camera, size=SIZE)
-    seen = np.isfinite(image.depth)
-    placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
-    units = normals / np.linalg.norm(normals, axis=1)[:, None]
-    expected = barycentric(image.position[seen].astype(float), placed) @ units @ np.linalg.inv(transform[:3, :3])
-    expected /= np.linalg.norm(expected, axis=1)[:, None]
-    # Either all of them are on the visible side of the triangle, or none is.
-    to_eye = camera.eye - image.position[seen]
-    assert seen.sum() > 300 and len(np.unique(np.sign((expected * to_eye).sum(1)))) == 1
-    np.testing.assert_allclose(image.normal[seen], expected, atol=5e-6)
-    # Queries keep to the faces.
-    hits = scene.cast_rays(camera.rays(SIZE)[seen])
-    assert np.ptp(hits["primitive_normals"], axis=0).max() < 1e-12
-
-
-def test_a_normal_that_tips_over_the_horizon_stays_on_it():
-    mesh = isospline.Mesh([(-1, 0, -1), (1, 0, -1), (0, 0, 2)], [(0, 1, 2)], normals=[(0, 1, 0.5)] * 3)
-    camera = isospline.OrthographicCamera((0, -5, 0), (0, 0, 0), height=1)
-    normal = render(isospline.Scene([mesh]), camera, size=(4, 4)).normal
-    np.testing.assert_allclose(normal, np.broadcast_to((0, 0, 1), (4, 4, 3)), atol=1e-5)
-    assert (normal[..., 1] < 0).all()  # towards the viewer, as the face
-
-
-def test_colors_at_vertices_are_srgb():
-    colors = np.array([(0, 10, 255), (55, 128, 200), (1, 2, 3)], np.uint8)
-    value = colors / 255
-    light = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    for given in (colors, value, linear(light)):
-        mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors=given)
-        np.testing.assert_allclose(mesh._colors(), light, rtol=1e-12)
-        np.testing.assert_allclose(mesh.colors, value, atol=1e-12)
-    assert isospline.Mesh(CORNERS, [(0, 1, 2)]).colors is None and isospline.Mesh(CORNERS, [(0, 1, 2)]).normals is None
+@pytest.mark.parametrize("eye", [(0, 0, 0.5), (0, -7, 0)], ids=["inside", "outside"])
+def test_by_depth_in_a_panorama(eye):
+    """From the nearest point of the scene's box, which is no corner, to the farthest one."""
+    scene = isospline.Scene([quadratic((1, 1, 1), 5)])
+    corners = np.stack(np.meshgrid(*zip(*scene.bounds)), axis=-1).reshape(-1, 3)
+    limits = np.linalg.norm(eye - np.clip(eye, *scene.bounds)), np.linalg.norm(corners - eye, axis=1).max()
+    camera = isospline.PanoramicCamera(eye, np.add(eye, (0, 1, 0)))
+    image = shown(scene, camera, isospline.ColorByDepth(RAMP))
+    values, _ = value_of(image, limits)
+    np.testing.assert_allclose(values, image.depth[np.isfinite(image.depth)], atol=2e-5)
 
 
 def test_maps_of_matplotlib_look_as_they_do_there(camera):
@@ -243,7 +188,6 @@ def test_shadings_keep_their_colors():
 def test_bad_colors(monkeypatch):
     volume = isospline.Volume(np.arange(27.0).reshape(3, 3, 3))
     flat = isospline.Volume(np.ones((3, 3, 3)))
-    mesh = (CORNERS, [(0, 1, 2)])
     for make, parameter in (
         (lambda: isospline.Phong(color=(1, -1, 1)), "color"),
         (lambda: isospline.Phong(color=(1, 1)), "color"),
@@ -258,10 +202,10 @@ def test_bad_colors(monkeypatch):
         (lambda: isospline.ColorByVolume(flat, RAMP), "limits"),
         (lambda: isospline.ColorByVolume(volume, RAMP, transform=np.diag([1, 1, 0, 1])), "transform"),
         (lambda: isospline.ColorByVolume(volume, RAMP, transform=np.diag([1, 1, 1, 2])), "transform"),
-        (lambda: isospline.Mesh(*mesh, normals=[(0, 0, 1)]), "normals"),
-        (lambda: isospline.Mesh(*mesh, normals=[(0, 0, np.nan)] * 3), "normals"),
-        (lambda: isospline.Mesh(*mesh, colors=[(0, 0, 1, 1)] * 3), "colors"),
-        (lambda: isospline.Mesh(*mesh, colors=[(0, 0, -1)] * 3), "colors"),
+        (lambda: isospline.Mesh(*TRIANGLE, normals=[(0, 0, 1)]), "normals"),
+        (lambda: isospline.Mesh(*TRIANGLE, normals=[(0, 0, np.nan)] * 3), "normals"),
+        (lambda: isospline.Mesh(*TRIANGLE, colors=[(0, 0, 1, 1)] * 3), "colors"),
+        (lambda: isospline.Mesh(*TRIANGLE, colors=[(0, 0, -1)] * 3), "colors"),
     ):
         with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
             make()
@@ -318,9 +262,9 @@ def test_names_of_colors_are_taken_wherever_a_color_is(camera):
         np.testing.assert_allclose(isospline.ridges_and_valleys(0.5, color=name).cmap[1], srgb)
         image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=name, light="phong")
         np.testing.assert_allclose(image.color[0, 0], [*tan, 1], atol=1e-6)
-    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tan")
+    mesh = isospline.Mesh(*TRIANGLE, colors="tan")
     np.testing.assert_allclose(mesh.colors, [srgb] * 3)
-    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors=["white", "tan", (0, 0.5, 1)])
+    mesh = isospline.Mesh(*TRIANGLE, colors=["white", "tan", (0, 0.5, 1)])
     np.testing.assert_allclose(mesh.colors, [(1, 1, 1), srgb, (0, 0.5, 1)])
     np.testing.assert_allclose(isospline.ColorByDepth(["black", "tan"]).cmap, [(0, 0, 0), srgb])
     np.testing.assert_allclose(color_map([(0, 0, 0), "tan"]), [(0, 0, 0), tan])
@@ -363,10 +307,10 @@ def test_without_matplotlib_the_names_of_css_and_its_short_ones_are_there(monkey
         (lambda: isospline.Material(255), '^color: .* got 255; did you mean "#ffffff"'),
         (lambda: isospline.Outline(2, surface_color=(0, 0, 2)), "^surface_color: expected numbers from 0 to 1"),
         (
-            lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors=[(0, 0, 1.1)] * 3),
+            lambda: isospline.Mesh(*TRIANGLE, colors=[(0, 0, 1.1)] * 3),
             "^colors: expected numbers from 0",
         ),
-        (lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tna"), "^colors: expected numbers .* or the name"),
+        (lambda: isospline.Mesh(*TRIANGLE, colors="tna"), "^colors: expected numbers .* or the name"),
         (lambda: isospline.ColorByDepth([(0, 0, 0), (3, 0, 0)]), "^cmap: expected numbers from 0 to 1"),
         (lambda: isospline.ColorByDepth(["black", "tna"]), "^cmap: expected numbers from 0 to 1 or the name"),
         (lambda: isospline.ridges_and_valleys(1, ridge=2), "^ridge: expected numbers from 0 to 1"),

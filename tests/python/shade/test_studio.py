@@ -6,8 +6,6 @@ import scipy.ndimage
 from spheres import mesh_sphere, sphere
 
 import isospline
-from isospline import _core
-from isospline._core import mean_on_plane
 from isospline.colors import named_color
 from isospline.picture.tone import tone_mapped
 
@@ -15,35 +13,57 @@ SIZE = (96, 72)
 FEW = isospline.Studio(light_samples=2)
 
 
+def in_all_lights(scene, camera, light, looks, rays):
+    """The sum of pictures in each light of a studio, tone mapped, and its alpha."""
+    right, up, forward = camera.world_to_camera[:3, :3]
+    towards = 1.1 * right - 1.2 * up + 0.8 * forward
+    key = isospline.DirectionalLight(towards, intensity=light.key, angle=14)
+    fill = isospline.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=light.fill)
+    extents = scene.extent(np.eye(3))
+    radius = np.linalg.norm(extents[:, 1] - extents[:, 0]) / 2
+
+    def part(shading_of):
+        shadings = {id: shading_of(look) for id, look in looks.items()}
+        return isospline.render(scene, camera, size=SIZE, light=shadings, samples=2).color
+
+    in_key = part(lambda look: look.replace(ambient=0, lights=[key], shadows=True, shadow_samples=rays))
+    in_fill = part(lambda look: look.replace(ambient=0, specular=0, lights=[fill]))
+    in_sky = part(
+        lambda look: isospline.AmbientOcclusion(rays, distance=radius, color=look.color, opacity=look.opacity)
+    )
+    alpha = in_key[..., 3:]
+    total = in_key[..., :3] + in_fill[..., :3] + light.sky * in_sky[..., :3]
+    straight = (total / np.maximum(alpha, 1e-6)).reshape(-1, 3)
+    return tone_mapped(straight, "neutral").reshape(total.shape) * alpha, alpha
+
+
 def test_studio_light_is_key_fill_and_sky():
-    """The sum of pictures in each light, tone mapped. The means over blocks of pixels change it at shadows only."""
+    """The means over blocks of pixels change the sum of the lights at shadows only."""
     scene = isospline.Scene([sphere(), mesh_sphere(5.0, 32)])
     camera = isospline.camera_for(scene, size=SIZE)
     look = isospline.Phong(color=(0.9, 0.5, 0.2), specular=0.3)
     material = isospline.Material((0.9, 0.5, 0.2), specular=0.75)
     light = isospline.Studio(key=1.1, fill=0.4, sky=0.5, ground=False, light_samples=64, material=material)
     image = isospline.render(scene, camera, size=SIZE, light=light, samples=2, background="transparent")
-
-    right, up, forward = camera.world_to_camera[:3, :3]
-    towards = 1.1 * right - 1.2 * up + 0.8 * forward
-    key = isospline.DirectionalLight(towards, intensity=1.1, angle=14)
-    fill = isospline.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=0.4)
-    extents = scene.extent(np.eye(3))
-    radius = np.linalg.norm(extents[:, 1] - extents[:, 0]) / 2
-
-    def part(shading):
-        return isospline.render(scene, camera, size=SIZE, light=shading, samples=2).color
-
-    in_key = part(look.replace(ambient=0, lights=[key], shadows=True, shadow_samples=64))
-    in_fill = part(look.replace(ambient=0, specular=0, lights=[fill]))
-    in_sky = part(isospline.AmbientOcclusion(64, distance=radius, color=look.color))
-    alpha = in_key[..., 3:]
-    total = in_key[..., :3] + in_fill[..., :3] + 0.5 * in_sky[..., :3]
-    straight = (total / np.maximum(alpha, 1e-6)).reshape(-1, 3)
-    expected = tone_mapped(straight, "neutral").reshape(total.shape) * alpha
+    expected, alpha = in_all_lights(scene, camera, light, dict.fromkeys(scene.ids, look), 64)
     error = np.abs(image.color[..., :3] - expected)
     assert error.mean() < 2e-3 and np.quantile(error, 0.99) < 0.03 and error.max() < 0.2
     np.testing.assert_array_equal(image.color[..., 3:], alpha)
+
+
+def test_surfaces_seen_through_others_keep_their_hues():
+    """A red ball in the shadow of a blue one around it."""
+    scene = isospline.Scene([sphere(4.0), sphere()])
+    camera = isospline.camera_for(scene, size=SIZE)
+    looks = {0: isospline.Phong(color=(1, 0, 0), specular=0), 1: isospline.Phong(color=(0, 0, 1), opacity=0.7)}
+    materials = {0: isospline.Material((1, 0, 0), specular=0), 1: isospline.Material((0, 0, 1), opacity=0.7)}
+    light = isospline.Studio(ground=False, materials=materials)
+    image = isospline.render(scene, camera, size=SIZE, light=light, background="transparent")
+    expected, alpha = in_all_lights(scene, camera, light, looks, 256)
+    red = (expected[..., 0] > 0.08) & (alpha[..., 0] == 1)
+    assert red.sum() > 200
+    error = (image.color[..., :3] - expected)[red]
+    assert np.abs(error.mean(axis=0)).max() < 0.005 and error.std(axis=0).max() < 0.03
 
 
 def test_few_rays_give_the_light_of_many():
@@ -59,39 +79,6 @@ def test_few_rays_give_the_light_of_many():
         assert np.sqrt((error**2).mean()) < noise and abs(error.mean()) < 0.002
 
 
-def test_the_mean_over_a_block_leaves_constants_and_takes_patterns_away():
-    pattern = np.random.default_rng(3).random((4, 4))
-    tiled = np.tile(pattern, (6, 8)).astype(np.float32)
-    smooth = mean_on_plane(tiled, np.ones_like(tiled), (0, 0), 1)
-    np.testing.assert_allclose(smooth[2:-2, 2:-2], pattern.mean(), rtol=1e-5)
-    known = np.random.default_rng(4).random(tiled.shape) < 0.5
-    box = np.outer(*2 * [(0.5, 1, 1, 1, 0.5)])
-    sums = [scipy.ndimage.correlate(each, box, mode="constant") for each in (tiled * known, known.astype(float))]
-    np.testing.assert_allclose(mean_on_plane(tiled, known, (0, 0), 1), sums[0] / sums[1], rtol=1e-5)
-
-
-@pytest.mark.parametrize("first", [(0, 0), (3, 4)])
-def test_a_coarse_mean_is_that_of_every_second_pixel_of_the_whole_picture(first):
-    random = np.random.default_rng(5)
-    numbers, weights = random.random((2, 21, 26)).astype(np.float32)
-    rows, columns = np.indices(numbers.shape)
-    weights[(rows + first[1]) % 2 + (columns + first[0]) % 2 > 0] = 0
-    box = np.outer(*2 * [(0.5, 1, 1, 1, 1, 1, 1, 1, 0.5)])
-    sums = [scipy.ndimage.correlate(each, box, mode="constant") for each in (numbers * weights, weights)]
-    np.testing.assert_allclose(mean_on_plane(numbers, weights, first, 2), sums[0] / sums[1], rtol=1e-5)
-    untouched = weights + np.where(weights == 0, 1, 0).astype(np.float32)
-    np.testing.assert_array_equal(
-        mean_on_plane(numbers, untouched, first, 2), mean_on_plane(numbers, weights, first, 2)
-    )
-
-
-@pytest.mark.parametrize("reach", [0, 1, 4])
-def test_masks_are_widened_by_columns_and_rows(reach):
-    mask = np.random.default_rng(6).random((30, 41)) < 0.02
-    expected = scipy.ndimage.maximum_filter(mask, 2 * reach + 1, mode="constant")
-    np.testing.assert_array_equal(_core.widened(mask, reach), expected)
-
-
 def test_only_pixels_with_several_surfaces_have_several_rays():
     """Those whose colour differs from a neighbour's: outlines, here. Shadows have the same rays."""
     surface, light, size = sphere(), isospline.Studio(ground=False), (400, 300)
@@ -100,94 +87,6 @@ def test_only_pixels_with_several_surfaces_have_several_rays():
     beside = scipy.ndimage.maximum_filter((outline > 0) & (outline < 1), 21)
     np.testing.assert_array_equal(one.color[~beside], four.color[~beside])
     assert (one.color != four.color).any(axis=-1)[beside].mean() > 0.02
-
-
-def test_pixels_are_rendered_again_as_in_the_whole_picture():
-    scene, other = isospline.Scene([sphere()]), isospline.Scene([sphere(4.0)])
-    camera = isospline.camera_for(scene, size=SIZE)
-    options = dict(size=SIZE, shadings=[isospline.Phong(), isospline.Phong(color="peru")], crop=(7, 5, 60, 50))
-    arrays = dict(layers=("depth",), ambient_occlusion_samples=1, progress=None, samples=3, **options)
-    pictures, expected = (_core.render_looks(each, camera, **arrays) for each in (other, scene))
-    before = [picture.copy() for picture in pictures]
-    mask = np.random.default_rng(7).random((50, 60)) < 0.7
-    _core.render_again(scene, camera, images=pictures, mask=mask, step=3, samples=3, progress=None, **options)
-    rows, columns = np.indices(mask.shape)
-    again = mask & ((rows + 5) % 3 == 0) & ((columns + 7) % 3 == 0)
-    for picture, old, new in zip(pictures, before, expected):
-        np.testing.assert_array_equal(picture.color, np.where(again[..., None], new.color, old.color))
-    np.testing.assert_array_equal(pictures[0].depth, before[0].depth)
-    same = dict(samples=3, progress=None, **options)
-    for bad, message in (
-        (dict(images=pictures[:1]), "images: expected one of the window's size for each look"),
-        (dict(images=[pictures[0], None]), "images: expected one of the window's size for each look"),
-        (dict(mask=mask.T), "mask: expected a bool for each pixel of the window"),
-        (dict(step=0), "step: expected a number of at least 1, got 0"),
-    ):
-        with pytest.raises(ValueError, match=f"^{message}"):
-            _core.render_again(scene, camera, **{"images": pictures, "mask": mask, "step": 1, **same, **bad})
-
-
-def guides_of(scene, camera, size):
-    options = dict(layers=("position", "normal", "geometry_ids"), samples=1, ambient_occlusion_samples=1)
-    (image,) = _core.render_looks(
-        scene, camera, shadings=[isospline.Phong()], size=size, crop=None, progress=None, **options
-    )
-    return image
-
-
-def two_squares():
-    """Squares at two heights that meet at x = 0 in the picture, and a camera above; a pixel is 1 wide."""
-    half = np.array([(-16, -12), (0, -12), (0, 12), (-16, 12)])
-    faces = [(0, 1, 2), (0, 2, 3)]
-    low = isospline.Mesh(np.column_stack([half, np.full(4, 0.0)]), faces)
-    high = isospline.Mesh(np.column_stack([half + (16, 0), np.full(4, 5.0)]), faces)
-    camera = isospline.OrthographicCamera((0, 0, 50), (0, 0, 0), (0, 1, 0), height=30)
-    return isospline.Scene([low, high]), camera, (40, 30)
-
-
-def test_edges_are_beside_other_surfaces_and_in_the_background():
-    scene, camera, size = two_squares()
-    guides = guides_of(scene, camera, size)
-    expected = np.ones(size[::-1], dtype=bool)
-    expected[3:27, 4:19] = expected[3:27, 21:36] = False
-    np.testing.assert_array_equal(_core.edges(guides), expected)
-
-
-def test_uneven_pixels_differ_from_a_neighbour():
-    scene, camera, size = two_squares()
-    guides = guides_of(scene, camera, size)
-    edges = _core.edges(guides)
-    picture = guides.blank()
-    color = np.array(picture.color)
-    color[..., :3], color[..., 3] = 0.25, 1
-    color[10, 10, 1] = 0.25 + 2 * 0.5 * 0.039  # the root differs by less than 0.04
-    color[20, 30, 2] = 4.0
-    color[20, 29, 2] = 4.0 - 2 * 2 * 0.041  # of bright light, too: shadows may fall on it
-    picture.set_color(color)
-    around = np.zeros_like(edges)
-    around[19:22, 28:32] = True
-    seen = np.zeros_like(edges)
-    seen[3:27, 4:36] = True
-    np.testing.assert_array_equal(_core.uneven_pixels([(picture, 1.0)], guides, edges), around | (edges & seen))
-
-
-def test_light_changes_fast_over_one_surface_or_where_it_is_not_known():
-    scene, camera, size = two_squares()
-    guides = guides_of(scene, camera, size)
-    edges = _core.edges(guides)
-    parts = np.zeros((2, *edges.shape), dtype=np.float32)
-    parts[1] = 0.05 * np.arange(size[0])  # 0.2 over four pixels, halfway from slow to fast
-    parts[0, 10, 25] = np.nan
-    expected = np.zeros(edges.shape)
-    rows = np.s_[3:27]
-    expected[rows, 4:19] = expected[rows, 21:36] = (0.2 - 0.15) / 0.15
-    expected[10, 25] = 1
-    np.testing.assert_allclose(_core.changes(parts, guides, edges), expected, atol=1e-5)
-    means = np.zeros(edges.shape, dtype=np.float32)
-    means[:, 20:] = 0.04
-    expected = np.zeros(edges.shape)
-    expected[:, 16:24] = (0.04 - 0.03) / 0.03
-    np.testing.assert_allclose(_core.changes_on_plane(means), expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("column", [20, 21])
@@ -266,6 +165,30 @@ def test_the_ground_has_the_background_but_for_shadows():
     inside = isospline.render(sphere(), size=SIZE, light="phong", samples=4).color[..., 3] == 1
     both = inside & (without.color[..., 3] == 1)
     np.testing.assert_allclose(with_ground.color[both], without.color[both], atol=0.3)
+
+
+def test_a_ground_that_the_key_light_does_not_reach_has_the_background():
+    """Without a key light, and with a camera on its side, so that the light from over its shoulder comes from below."""
+    upright = isospline.camera_for(sphere(), view=(1, -2, 1), size=SIZE, margin=0.5)
+    right = upright.world_to_camera[0, :3]
+    on_its_side = isospline.PerspectiveCamera(upright.eye, upright.target, -right, upright.field_of_view)
+    for camera, light in ((upright, FEW.replace(key=0)), (on_its_side, FEW.replace(up=(0, 0, 1)))):
+        share = isospline.render(sphere(), camera, size=SIZE, light=light, background="white").color[..., 0]
+        np.testing.assert_allclose(share[[0, 0, -1, -1], [0, -1, 0, -1]], 1, atol=1e-5)
+        assert light.key or share[40:].min() < 0.75  # the sky has a shadow
+    dark = FEW.replace(key=0, sky=0)
+    image = isospline.render(sphere(), upright, size=SIZE, light=dark, background="transparent")
+    plain = isospline.render(sphere(), upright, size=SIZE, light=dark.replace(ground=False), background="transparent")
+    np.testing.assert_array_equal(image.color[..., 3], plain.color[..., 3])
+
+
+@pytest.mark.parametrize("view, up", [((1, -2, -1), (0, 0, -1)), ((1, -2, 1), (0, 0, 1)), ("bottom", (0, 0, 1))])
+def test_the_ground_is_on_the_lower_side_of_the_picture(view, up):
+    camera = isospline.camera_for(sphere(), view=view, up=None if view == "bottom" else up, size=SIZE)
+    options = dict(size=SIZE, background="white")
+    image = isospline.render(sphere(), camera, light=FEW, **options)
+    expected = isospline.render(sphere(), camera, light=FEW.replace(up=up), **options)
+    np.testing.assert_array_equal(image.color, expected.color)
 
 
 def test_shadows_are_kept_where_there_is_no_background():
