@@ -132,6 +132,16 @@ def test_what_moves_no_hit_has_no_gradient():
         vjp(primitive_normals=np.ones((1, 2, 3)))
 
 
+@pytest.mark.parametrize("shape", [(), (0,), (2, 0), (3,)])
+@pytest.mark.parametrize("objects", [[], [isospline.Mesh([(-1, -1, 0), (2, -1, 0), (-1, 2, 0)], [(0, 1, 2)])]])
+def test_scenes_without_isosurfaces(objects, shape):
+    rays = np.broadcast_to((0, 0, 5, 0, 0, -1.0), (*shape, 6))
+    hits, vjp = cast_vjp(isospline.Scene(objects), rays)
+    found = vjp(t_hit=np.ones(shape))
+    np.testing.assert_array_equal(found["rays"][..., 2], len(objects))
+    assert hits.coefficient_weights.shape == (*shape, 0) and found["levels"] == found["samples"] == {}
+
+
 def test_the_pose_of_an_object_from_a_depth_map():
     """Six numbers, off by a few degrees and a tenth of the size, from depths where both objects are seen."""
     field = volumes.heart()

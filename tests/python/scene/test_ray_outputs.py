@@ -109,3 +109,13 @@ def test_secondary_rays_need_the_outputs_that_they_come_from(scene):
     with pytest.raises(ValueError, match=r'^hits\["t_hit"\]: expected float64, .* got float32'):
         scene.secondary_rays(ray, scene.cast_rays(ray, dtype="float32"), towards)
     assert not scene.test_occlusions(scene.secondary_rays(ray, scene.cast_rays(ray), towards))[0]
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (2, 0), (2, 3)])
+def test_a_list_without_numbers_has_no_columns(shape):
+    scene = isospline.Scene(mesh_sphere(5.0))
+    hits = scene.cast_rays(
+        np.broadcast_to((0, 0, 9, 0, 0, -1.0), (*shape, 6)), outputs=("t_hit", "coefficient_weights")
+    )
+    assert hits.coefficient_weights.shape == (*shape, 0)
+    assert hits.to_csv().splitlines() == ["t_hit", *map(str, hits.t_hit.ravel())]
