@@ -59,6 +59,14 @@ def test_float32_outputs_are_the_float64_ones_rounded(scene, rays, coherent):
             np.testing.assert_array_equal(single[name], double[name])
 
 
+@pytest.mark.parametrize("coherent", [False, True])
+def test_a_hit_has_a_finite_t_in_float32(scene, coherent):
+    """Of a short direction, it is beyond the largest float32: inf would say that the ray misses."""
+    ray = np.array([(*np.add(CENTER, (0, -30, 0)), 0, 1e-40, 0)], np.float32)
+    hits = scene.cast_rays(ray, coherent=coherent)
+    assert hits.geometry_ids[0] == 0 and hits.t_hit[0] == np.finfo(np.float32).max
+
+
 @pytest.mark.parametrize("count", [0, 1, 15, 16, 17, 1023, 1025, 1584])
 @pytest.mark.parametrize("coherent", [False, True])
 def test_float32_rays_are_those_of_float64(scene, rays, coherent, count):
