@@ -12,6 +12,7 @@
 #include <glm/vec2.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -95,6 +96,13 @@ public:
         else
             doubles_[at] = value;
     }
+    /// A finite t stays finite in single precision: an infinite one means a miss.
+    void set_t(std::size_t at, double t)
+    {
+        constexpr double largest = std::numeric_limits<float>::max();
+        set(at, floats_ != nullptr && std::isfinite(t) ? std::clamp(t, -largest, largest) : t);
+    }
+
     template <glm::length_t Length>
     void set(std::size_t row, const glm::vec<Length, double>& vector)
     {
@@ -287,7 +295,7 @@ public:
                 set_item(places[lane], (hit_lanes >> lane & 1u) != 0 ? hits[lane] : miss);
         };
         if (t_hit_)
-            for_each([&](std::size_t at, const Hit& hit) { t_hit_->set(at, hit.t); });
+            for_each([&](std::size_t at, const Hit& hit) { t_hit_->set_t(at, hit.t); });
         if (geometry_ids_)
             for_each([&](std::size_t at, const Hit& hit) { geometry_ids_->data[at] = hit.geometry_id; });
         if (primitive_ids_)

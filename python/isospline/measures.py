@@ -32,7 +32,8 @@ def measure(
 ) -> LevelMeasures:
     """Measure the volume and the area at several levels, such as those of a porosity curve.
 
-    They are those of `Isosurface.enclosed_volume` and `Isosurface.area`, from the same cells.
+    Both come from the same lines or nodes, and take the time of the area. `Isosurface.enclosed_volume` and
+    `Isosurface.area` give the same numbers within the stated errors: a volume alone needs fewer lines for a tolerance.
 
     Parameters
     ----------
@@ -72,10 +73,10 @@ def measure(
         raise ValueError(sentence("levels", "one or more finite numbers in a sequence", levels))
     report = as_callable(progress)
     each_level = wanted.astype(np.float64).tolist()
-    surface = volume.with_level(each_level[0]) if isinstance(volume, Isosurface) else Isosurface(volume, each_level[0])
+    surface = volume if isinstance(volume, Isosurface) else Isosurface(volume, each_level[0])
     rows = []
     for number, level in enumerate(each_level):
-        at_level = surface.with_level(level) if number else surface
+        at_level = surface if level == surface.level else surface.with_level(level)
         of_level = part_of(report, number, len(each_level))
         rows.append({"levels": level, **at_level._volume_and_area(tolerance, order, of_level)})
     tell(report, 1.0)

@@ -93,11 +93,9 @@ def cast(
     def run(rays, *arrays):
         built = parameters.scene(arrays)
         hits, vjp = cast_vjp(built, rays, t_near=t_near, t_far=t_far, coherent=coherent, normals=True)
-        found = np.isfinite(hits.t_hit)
 
         def back(by_t, by_normals):
-            of_t, of_normals = np.where(found, by_t, 0.0), np.where(found[..., None], by_normals, 0.0)
-            gradients = vjp(t_hit=of_t, primitive_normals=of_normals, samples=parameters.has_samples)
+            gradients = vjp(t_hit=by_t, primitive_normals=by_normals, samples=parameters.has_samples)
             return gradients["rays"], *parameters.of(gradients)
 
         return (hits.t_hit, hits.primitive_normals), back

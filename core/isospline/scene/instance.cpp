@@ -10,6 +10,7 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -28,6 +29,18 @@ double stretch(const glm::dmat4& world_to_local)
         largest = std::max(
             largest, glm::length(glm::dvec3(world_to_local[0][row], world_to_local[1][row], world_to_local[2][row])));
     return largest;
+}
+
+/// The smallest length in the world of an object's units, voxels or units of a mesh. The stretch of the inverse map is
+/// not finite for the shortest ones.
+double smallest_unit(const glm::dmat4& local_to_world, double stretch_of_inverse)
+{
+    double smallest = 1.0 / stretch_of_inverse;
+    for (int axis = 0; axis < 3; ++axis) {
+        const glm::dvec3 unit(local_to_world[axis]);
+        smallest = std::fmin(smallest, std::hypot(unit.x, unit.y, unit.z));
+    }
+    return smallest;
 }
 
 /// Rounding error, in an object's local space, of a ray that Embree traverses in single precision. It covers that of a
@@ -67,14 +80,21 @@ Placement placed(const LocalSpace& local, const glm::dmat4& transform, const Ray
     placed.centred_to_local = centred_to_local(local_to_world, frame);
     placed.rounding_error = traversal_rounding_error(frame.radius, placed.centred_to_local);
 
+    const std::string of_object = " for geometry id " + std::to_string(id);
+    if (!(frame.radius <= largest_length))
+        throw_invalid("objects", "all within a radius of " + to_text(largest_length) + " units of the world",
+                      to_text(frame.radius) + of_object);
     const double scale = stretch(placed.centred_to_local);
     const double reach = frame.radius * scale + glm::length(glm::dvec3(placed.centred_to_local[3]));
-    for (const double length : {frame.radius, scale, reach})
-        if (!(length <= largest_length))
-            throw_invalid("transform",
-                          "sizes and distances of at most " + to_text(largest_length) +
-                              ", in units of the world and of each object",
-                          to_text(length) + " for geometry id " + std::to_string(id));
+    if (!(scale <= largest_length && reach <= largest_length)) {
+        const std::string least = to_text(1.0 / largest_length);
+        const std::string sizes =
+            to_text(smallest_unit(local_to_world, scale)) + " in a scene of diameter " + to_text(2.0 * frame.radius);
+        throw_invalid("objects",
+                      "voxels, and units of meshes, of at least " + least + " in the world and " + least +
+                          " of the scene's diameter",
+                      sizes + of_object);
+    }
     return placed;
 }
 

@@ -162,7 +162,8 @@ class Table(Result):
                 names = [f"{name}_{place}" for place in range(array.shape[-2 if item.parts else -1])]
             if item.parts:
                 names = [f"{each}_{part}" for each in names for part in item.parts]
-            columns |= zip(names, np.reshape(array, (-1, len(names))).T)
+            if names:  # a list is empty without isosurfaces
+                columns |= zip(names, np.reshape(array, (-1, len(names))).T)
         return columns
 
     def _rows(self) -> list[tuple[Any, ...]]:

@@ -144,18 +144,18 @@ def _has_unicode():
 
 def _measured(surface, arguments):
     """The measures of a surface, by their names, and its components."""
-    names = ["enclosed_volume", "area"]
-    names += ["mean_curvature", "gaussian_curvature"] if surface.volume.degree > 1 else []
-    found = {}
-    for name in names:
+    options = {"tolerance": arguments.tolerance, "order": arguments.order}
+    with _progress("volume and area", arguments) as progress:
+        table = isospline.measure(surface, [surface.level], progress=progress, **options)
+    found = {
+        "enclosed_volume": isospline.Measurement(table.enclosed_volumes[0], table.volume_errors[0]),
+        "area": isospline.Measurement(table.areas[0], table.area_errors[0]),
+    }
+    for name in ["mean_curvature", "gaussian_curvature"] if surface.volume.degree > 1 else []:
         with _progress(name.replace("_", " "), arguments) as progress:
-            found[name] = getattr(surface, name)(
-                tolerance=arguments.tolerance, order=arguments.order, progress=progress
-            )
+            found[name] = getattr(surface, name)(progress=progress, **options)
     with _progress("components", arguments) as progress:
-        components = surface.components(
-            measured=True, tolerance=arguments.tolerance, order=arguments.order, progress=progress
-        )
+        components = surface.components(measured=True, progress=progress, **options)
     if found["area"].value == 0 and found["enclosed_volume"].value == 0:
         raise ValueError(f"level: expected one with a surface, got {surface.level:g}, where nothing is to be measured")
     return found, components

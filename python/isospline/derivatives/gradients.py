@@ -88,7 +88,7 @@ class Gradients:
     def add_hits(self, hits: Hits, rays, of_t, of_normals):
         """Adds gradients by t and normals of hits, (N) and (N, 3); None without normals. Returns those by rays."""
         by_rays = np.zeros_like(rays)
-        moves = np.isfinite(hits.t_hit) & ~hits.grazing
+        moves = are_moving(hits)
         moving = _Moving(
             hits.select(moves), rays[moves], of_t[moves], None if of_normals is None else of_normals[moves]
         )
@@ -156,13 +156,20 @@ def across(axes, vectors):
     return vectors - axes * (axes * vectors).sum(axis=1, keepdims=True)
 
 
-def as_gradients(name: str, given, shape) -> NDArray[np.float64]:
-    """Gradients by the numbers of an array of this shape; zeros for None."""
+def are_moving(hits):
+    """Whether rays hit, and their hits move smoothly."""
+    return np.isfinite(hits.t_hit) & ~hits.grazing
+
+
+def as_gradients(name: str, given, shape, count=None) -> NDArray[np.float64]:
+    """Gradients by the numbers of an array of this shape; zeros for None. Where `count` is false, they are zero too."""
     if given is None:
         return np.zeros(shape)
     array = _core._as_array(given, name).astype(float)
     if array.shape != tuple(shape):
         raise ValueError(f"{name}: expected gradients of shape {tuple(shape)}, got {array.shape}")
+    if count is not None:
+        array[~count] = 0.0
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: expected finite gradients, got some that are not")
     return array

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from ..scene import Scene
-from .gradients import Gradients, Placed, as_gradients, check_scene, outputs_of_hits
+from .gradients import Gradients, Placed, are_moving, as_gradients, check_scene, outputs_of_hits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,7 +52,8 @@ def cast_vjp(
         ``vjp(t_hit=None, primitive_normals=None, samples=True)`` takes the gradients of a number by ``t_hit``, (...),
         and by ``primitive_normals``, (..., 3). It returns its gradients as a dict: ``rays``, (..., 6); and by geometry
         id, ``levels``, floats; ``transforms``, (4, 4) arrays by the matrices of the objects; and ``samples``, arrays of
-        the shape of the volume's data, if `samples` is true. Gradients of rays that miss or graze are ignored.
+        the shape of the volume's data, if `samples` is true. Gradients of rays that miss or graze are ignored,
+        NaN and inf as well.
 
     Examples
     --------
@@ -73,14 +74,14 @@ def cast_vjp(
     outputs = outputs_of_hits(normals)
     hits = scene.cast_rays(given, t_near=t_near, t_far=t_far, coherent=coherent, outputs=outputs)
     shape, flat_rays = hits.t_hit.shape, given.reshape(-1, 6)
-    flat = type(hits)({name: each.reshape(-1, *each.shape[len(shape) :]) for name, each in hits.items()})
-    placed = Placed(scene)
+    flat = type(hits)({name: each.reshape(len(flat_rays), *each.shape[len(shape) :]) for name, each in hits.items()})
+    placed, moves = Placed(scene), are_moving(hits)
 
     def vjp(t_hit=None, primitive_normals=None, samples=True):
-        of_t = as_gradients("t_hit", t_hit, shape)
+        of_t = as_gradients("t_hit", t_hit, shape, moves)
         if primitive_normals is not None and not normals:
             raise ValueError("primitive_normals: expected cast_vjp(..., normals=True) for it")
-        of_normals = as_gradients("primitive_normals", primitive_normals, (*shape, 3)).reshape(-1, 3)
+        of_normals = as_gradients("primitive_normals", primitive_normals, (*shape, 3), moves).reshape(-1, 3)
         found = Gradients(placed, samples)
         by_rays = found.add_hits(flat, flat_rays, of_t.reshape(-1), of_normals if normals else None)
         return {

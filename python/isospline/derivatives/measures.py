@@ -98,7 +98,7 @@ def distance_vjp(
     scene : Scene
     points : (..., 3) array_like, world units
     max_distance : float, world units
-        As in `Scene.closest_points`. Points with nothing within it do not move.
+        As in `Scene.closest_points`. Points with nothing within it do not move, and their gradients are ignored.
 
     Returns
     -------
@@ -138,7 +138,8 @@ def distance_vjp(
     shape = found.distances.shape
     flat = given.reshape(-1, 3)
     inside = scene.occupancy(given).reshape(-1)
-    near = np.isfinite(found.distances).reshape(-1)
+    has_near = np.isfinite(found.distances)
+    near = has_near.reshape(-1)
     feet, normals = found.points.reshape(-1, 3), found.primitive_normals.reshape(-1, 3)
     ids, distances = found.geometry_ids.reshape(-1), found.distances.reshape(-1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -157,7 +158,7 @@ def distance_vjp(
             moved[id] += [slopes, *item.volume.coefficient_weights(at_home)[:2]]
 
     def vjp(distances, samples=True):
-        of = as_gradients("distances", distances, shape).reshape(-1)
+        of = as_gradients("distances", distances, shape, has_near).reshape(-1)
         sums = Gradients(placed, samples)
         for id, (own, *at_surface) in moved.items():
             sums.add_motion(id, -of[own, None] * away[own], feet[own])

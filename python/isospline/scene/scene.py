@@ -107,7 +107,8 @@ class Scene(RayQueries, PointQueries, Shown):
         Raises
         ------
         ValueError
-            If the transform is not finite, not affine or singular.
+            If the transform is not finite, not affine or singular, or the object too large or too small for a scene:
+            beyond a radius of 1e12 units, or with voxels or units below 1e-12.
         TypeError
             For another type of object.
 
@@ -184,7 +185,7 @@ class Scene(RayQueries, PointQueries, Shown):
         Raises
         ------
         ValueError
-            For an id that is not in the scene, and for a transform that is not finite, not affine or singular.
+            For an id that is not in the scene, and for a transform as in `add`.
         """
         return super().set_transform(geometry_id, transform)
 

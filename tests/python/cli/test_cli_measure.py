@@ -17,12 +17,11 @@ def measured(capsys, *arguments):
 
 def test_each_level_is_measured(ball, capsys):
     both = measured(capsys, ball, "-l", "0", "-l", "400")
-    volume = isospline.Volume(np.load(ball))
-    for level, found in zip((0, 400), both, strict=True):
-        surface = isospline.Isosurface(volume, level)
-        assert found["level"] == level
-        assert found["area"]["value"] == surface.area().value
-        assert found["enclosed_volume"]["value"] == surface.enclosed_volume().value
+    table = isospline.measure(np.load(ball), [0, 400])
+    for row, found in enumerate(both):
+        assert found["level"] == table.levels[row]
+        assert found["area"] == {"value": table.areas[row], "error": table.area_errors[row]}
+        assert found["enclosed_volume"] == {"value": table.enclosed_volumes[row], "error": table.volume_errors[row]}
     assert both[1] == measured(capsys, ball, "-l", "400")
     assert main(["measure", str(ball), "-l", "0", "-l", "400", "--quiet"]) == 0
     assert [line.split()[1] for line in capsys.readouterr().out.splitlines() if "  level" in line] == ["0", "400"]

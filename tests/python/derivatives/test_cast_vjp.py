@@ -132,6 +132,27 @@ def test_what_moves_no_hit_has_no_gradient():
         vjp(primitive_normals=np.ones((1, 2, 3)))
 
 
+@pytest.mark.parametrize("shape", [(), (0,), (2, 0), (3,)])
+@pytest.mark.parametrize("objects", [[], [isospline.Mesh([(-1, -1, 0), (2, -1, 0), (-1, 2, 0)], [(0, 1, 2)])]])
+def test_scenes_without_isosurfaces(objects, shape):
+    rays = np.broadcast_to((0, 0, 5, 0, 0, -1.0), (*shape, 6))
+    hits, vjp = cast_vjp(isospline.Scene(objects), rays)
+    found = vjp(t_hit=np.ones(shape))
+    np.testing.assert_array_equal(found["rays"][..., 2], len(objects))
+    assert hits.coefficient_weights.shape == (*shape, 0) and found["levels"] == found["samples"] == {}
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf])
+def test_gradients_of_rays_that_do_not_count_may_be_anything(odd):
+    scene = isospline.Scene(isospline.Isosurface(volumes.sphere().volume(32), 0.0))
+    rays = np.array([(9, 9, 9, 0, 0, 1.0), (-3, 0, 0, 1, 0, 0)])
+    _, vjp = cast_vjp(scene, rays, normals=True)
+    found, expected = (vjp([each, 1.0], [(0, each, 0), (0, 1, 0)]) for each in (odd, 0.0))
+    assert found["levels"] == expected["levels"] and (found["rays"] == expected["rays"]).all()
+    with pytest.raises(ValueError, match="^t_hit: expected finite gradients"):
+        vjp([1.0, odd])
+
+
 def test_the_pose_of_an_object_from_a_depth_map():
     """Six numbers, off by a few degrees and a tenth of the size, from depths where both objects are seen."""
     field = volumes.heart()

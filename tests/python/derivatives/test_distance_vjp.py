@@ -92,7 +92,7 @@ def test_the_level_may_change_before_vjp_is_called():
 def test_points_with_nothing_near_do_not_move():
     surface = isospline.Isosurface(isospline.volumes.sphere(0.5).volume(16), 0.0)
     distances, vjp = distance_vjp(isospline.Scene(surface), [(3.0, 0, 0), (0.6, 0, 0)], max_distance=0.5)
-    found = vjp([1.0, 1.0], samples=False)
+    found = vjp([np.nan, 1.0], samples=False)
     assert np.isinf(distances[0]) and not found["points"][0].any() and found["points"][1].any()
 
 

@@ -42,6 +42,16 @@ def test_the_rows_are_those_of_single_surfaces():
         assert 0 < table.area_errors[row] < 1e-3 * table.areas[row]
 
 
+def test_rows_within_a_tolerance_differ_from_single_surfaces_by_no_more_than_the_errors():
+    surface = isospline.Isosurface(squares(), 60.0, inside="below")
+    table = isospline.measure(surface, [60])
+    for value, error, alone in (
+        (table.enclosed_volumes[0], table.volume_errors[0], surface.enclosed_volume()),
+        (table.areas[0], table.area_errors[0], surface.area()),
+    ):
+        assert abs(value - alone.value) <= error + alone.error and error <= 1e-4 * value
+
+
 def test_arrays_and_levels_without_a_surface():
     data = np.zeros((8, 9, 10), np.float32)
     data[3:5, 3:5, 3:5] = 1
@@ -49,6 +59,9 @@ def test_arrays_and_levels_without_a_surface():
         table = isospline.measure(data, [0.5, 2.0, -1.0])
     assert table.areas[0] > 0 and table.areas[1:].tolist() == [0, 0]
     assert table.enclosed_volumes[1:].tolist() == [0, data.size]
+    with pytest.warns(UserWarning, match="no surface"):
+        told = isospline.Isosurface(data, 2.0)
+    assert isospline.measure(told, [2.0]).areas.tolist() == [0]  # without the warning again
 
 
 def test_progress_tells_of_all_levels():

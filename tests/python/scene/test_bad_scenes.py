@@ -165,6 +165,9 @@ def test_no_picture_has_what_is_no_number(normals, options):
 
 # Transforms
 
+LARGE = r"objects: expected all within a radius of 1e\+12 units of the world, got"
+SMALL = "objects: expected voxels, and units of meshes, of at least 1e-12 in the world and .* diameter, got"
+
 
 def with_entry(row, column, value):
     matrix = np.eye(4)
@@ -175,14 +178,17 @@ def with_entry(row, column, value):
 @pytest.mark.parametrize(
     "matrix, message",
     [
-        (with_entry(3, 0, 1e-3), "an affine map"),
-        (with_entry(3, 3, 2.0), "an affine map"),
-        (with_entry(0, 3, np.nan), "finite numbers"),
-        (with_entry(1, 1, -0.0), "an invertible map"),
-        (np.array([[1, 1, 0, 0], [1, 1 + 1e-15, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]), "an invertible map"),
-        (np.diag([1e-18, 1e-18, 1e-18, 1]), "sizes and distances of at most"),
-        (np.diag([1e30, 1e30, 1e30, 1]), "sizes and distances of at most"),
-        (np.diag([1e100, 1e100, 1e100, 1]), "sizes and distances of at most"),
+        (with_entry(3, 0, 1e-3), "transform: expected an affine map"),
+        (with_entry(3, 3, 2.0), "transform: expected an affine map"),
+        (with_entry(0, 3, np.nan), "transform: expected finite numbers"),
+        (with_entry(1, 1, -0.0), "transform: expected an invertible map"),
+        (
+            np.array([[1, 1, 0, 0], [1, 1 + 1e-15, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]),
+            "transform: expected an invertible map",
+        ),
+        (np.diag([1e-18, 1e-18, 1e-18, 1]), SMALL),
+        (np.diag([1e30, 1e30, 1e30, 1]), LARGE),
+        (np.diag([1e100, 1e100, 1e100, 1]), LARGE),
     ],
 )
 def test_a_refused_transform_changes_nothing(matrix, message):
@@ -190,37 +196,45 @@ def test_a_refused_transform_changes_nothing(matrix, message):
     for shape in (triangle(), sphere()):
         scene = isospline.Scene([shape])
         before = scene.cast_rays(DOWN)
-        with pytest.raises(ValueError, match=f"^transform: expected {message}"):
+        with pytest.raises(ValueError, match=f"^{message}"):
             scene.set_transform(0, matrix)
-        with pytest.raises(ValueError, match=f"^transform: expected {message}"):
+        with pytest.raises(ValueError, match=f"^{message}"):
             scene.add(shape, matrix)
         assert (scene.ids, scene.add(shape)) == ([0], 1)
         for coherent in (False, True):
             np.testing.assert_array_equal(scene.cast_rays(DOWN, coherent=coherent)["t_hit"], before["t_hit"])
 
 
+def volume_of(size):
+    return isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][2], spacing=(size,) * 3), 1.7)
+
+
 @pytest.mark.parametrize(
-    "make",
+    "item, message",
     [
-        lambda: triangle(1e15),
-        lambda: isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][2], spacing=(1e-30,) * 3), 1.7),
-        lambda: isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][2], spacing=(1e30,) * 3), 1.7),
+        (triangle(1e15), rf"{LARGE} 7\.07107e\+14"),
+        (volume_of(1e30), rf"{LARGE} 4\.33013e\+30"),
+        (volume_of(1e-30), f"{SMALL} 1e-30 in a scene of diameter 8.66025e-30"),
+        (volume_of(1e-110), f"{SMALL} 1e-110 in a scene"),  # the determinant of its map is zero
     ],
-    ids=["large mesh", "small volume", "large volume"],
 )
-def test_objects_that_single_precision_cannot_hold(make):
-    with pytest.raises(ValueError, match=r"^transform: expected sizes and distances of at most 1e\+12"):
-        isospline.Scene([make()])
+def test_objects_that_single_precision_cannot_hold(item, message):
+    with pytest.raises(ValueError, match=f"^{message} .*for geometry id 0$"):
+        isospline.Scene([item])
 
 
 def test_objects_too_far_from_each_other_are_named_and_can_be_removed():
     scene = isospline.Scene([triangle()])
     scene.add(triangle(), moved(1e16, 0, 0))  # each one alone is valid
     for query in (scene.cast_rays, scene.test_occlusions, scene.count_intersections):
-        with pytest.raises(ValueError, match="^transform: expected sizes and distances .* for geometry id 0$"):
+        with pytest.raises(ValueError, match=f"^{LARGE} 5e.15 for geometry id 0$"):
             query(DOWN)
     scene.remove(1)
     assert scene.cast_rays(DOWN)["t_hit"][0] == 10
+    scene.add(triangle(), np.diag([1e-6, 1e-6, 1e-6, 1]))
+    scene.add(triangle(), moved(1.5e6, 0, 0))
+    with pytest.raises(ValueError, match=rf"^{SMALL} 1e-06 in a scene of diameter 1\.5e\+06 for geometry id 2$"):
+        scene.cast_rays(DOWN)
 
 
 @pytest.mark.parametrize("scale", [1e-11, 1e-6, 1e6, 1e10])

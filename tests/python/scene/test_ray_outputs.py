@@ -59,6 +59,14 @@ def test_float32_outputs_are_the_float64_ones_rounded(scene, rays, coherent):
             np.testing.assert_array_equal(single[name], double[name])
 
 
+@pytest.mark.parametrize("coherent", [False, True])
+def test_a_hit_has_a_finite_t_in_float32(scene, coherent):
+    """Of a short direction, it is beyond the largest float32: inf would say that the ray misses."""
+    ray = np.array([(*np.add(CENTER, (0, -30, 0)), 0, 1e-40, 0)], np.float32)
+    hits = scene.cast_rays(ray, coherent=coherent)
+    assert hits.geometry_ids[0] == 0 and hits.t_hit[0] == np.finfo(np.float32).max
+
+
 @pytest.mark.parametrize("count", [0, 1, 15, 16, 17, 1023, 1025, 1584])
 @pytest.mark.parametrize("coherent", [False, True])
 def test_float32_rays_are_those_of_float64(scene, rays, coherent, count):
@@ -109,3 +117,13 @@ def test_secondary_rays_need_the_outputs_that_they_come_from(scene):
     with pytest.raises(ValueError, match=r'^hits\["t_hit"\]: expected float64, .* got float32'):
         scene.secondary_rays(ray, scene.cast_rays(ray, dtype="float32"), towards)
     assert not scene.test_occlusions(scene.secondary_rays(ray, scene.cast_rays(ray), towards))[0]
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (2, 0), (2, 3)])
+def test_a_list_without_numbers_has_no_columns(shape):
+    scene = isospline.Scene(mesh_sphere(5.0))
+    hits = scene.cast_rays(
+        np.broadcast_to((0, 0, 9, 0, 0, -1.0), (*shape, 6)), outputs=("t_hit", "coefficient_weights")
+    )
+    assert hits.coefficient_weights.shape == (*shape, 0)
+    assert hits.to_csv().splitlines() == ["t_hit", *map(str, hits.t_hit.ravel())]
