@@ -17,4 +17,10 @@ inline Side side_of(double least, double most, double inward_sign)
     return Side::unknown;
 }
 
+/// Whether a point is in the solid. Where double precision cannot decide, f counts as equal to the level.
+inline bool is_inside(Side side, double inward_sign)
+{
+    return side == Side::inside || (side == Side::unknown && inward_sign > 0.0);
+}
+
 } // namespace isospline

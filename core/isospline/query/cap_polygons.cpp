@@ -136,10 +136,9 @@ bool CapPolygons::is_on_cap(const CapPolygon& polygon, const glm::dvec3& point) 
     const HalfSpace& plane = surface_.planes().all()[polygon.plane];
     const glm::ivec3 cell =
         polygon.cell ? *polygon.cell : inner_cell(surface_, lattice, plane, polygon.coordinate_error);
-    const Side side = side_on_plane(surface_, lattice, polygon.coordinate_error, cell);
-    // The level counts as above. So points at the level are in a solid above it; of a solid below it they are the
-    // border, which the surface has as well, or they are not near it.
-    return side == Side::inside || (side == Side::unknown && surface_.options().inside == Inside::above);
+    // Points at the level are in a solid above it; of a solid below it they are the border, which the surface has as
+    // well, or they are not near it.
+    return is_inside(side_on_plane(surface_, lattice, polygon.coordinate_error, cell), surface_.inward_sign());
 }
 
 std::optional<CapPolygons::Point> CapPolygons::closest(const glm::dvec3& point, double limit)

@@ -127,10 +127,10 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         const double distance = metric.length(found->position - point_local);
         if (distance < nearest.distance && distance <= options.max_distance) {
             nearest = {distance, surface.shell().cells()[box.row], found->position, true, found->is_free};
-            const glm::dvec3 gradient = scalar::gradient_in_cell<Degree>(cell, found->position) * metric.to_lattice;
-            if (found->is_free && glm::length(gradient) > 0.0) {
-                proof.begin(point, Foot{nearest.cell, nearest.local, gradient, distance});
-            }
+            const glm::dvec3 gradient = scalar::gradient_in_cell<Degree>(cell, found->position);
+            if (const auto foot = Foot::at(metric, point, nearest.cell, nearest.local, gradient);
+                foot && found->is_free)
+                proof.begin(point, *foot);
         }
     }
 

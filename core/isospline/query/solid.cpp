@@ -26,8 +26,7 @@ bool is_inside(const IsosurfaceSnapshot& surface, const glm::ivec3& sample)
     const glm::dvec3 lattice = glm::dvec3(sample) + surface.volume().lattice_shift(); // exact
     if (!cell || !is_in_clip(surface, lattice, surface.coordinate_error()))
         return false;
-    const Side side = side_in_cell(surface, lattice, 0.0, *cell);
-    return side == Side::inside || (side == Side::unknown && surface.inward_sign() > 0.0);
+    return is_inside(side_in_cell(surface, lattice, 0.0, *cell), surface.inward_sign());
 }
 
 } // namespace

@@ -301,6 +301,22 @@ struct Foot {
     glm::dvec3 local;
     glm::dvec3 gradient_world;
     double distance;
+
+    /// The foot for a point in lattice space at a place where f is the level. Nothing if the way to the point is not
+    /// perpendicular to the surface, up to rounding, which a descent with short steps does not prove: where the
+    /// gradient almost vanishes, multipliers are so large that all steps are short.
+    static std::optional<Foot> at(const LatticeMetric& metric, const glm::dvec3& point, const glm::ivec3& cell,
+                                  const glm::dvec3& local, const glm::dvec3& gradient_lattice)
+    {
+        constexpr double margin = 1e-7;
+        const glm::dvec3 gradient = gradient_lattice * metric.to_lattice;
+        const glm::dvec3 way = metric.to_world * (point - (glm::dvec3(cell) + local));
+        const double slope = glm::length(gradient), distance = glm::length(way);
+        const double beside = glm::length(glm::cross(gradient, way)); // slope times the distance from the normal
+        if (!(slope > 0.0 && beside <= slope * (margin * distance + descent_margin * metric.shortest_edge)))
+            return std::nullopt;
+        return Foot{cell, local, gradient, distance};
+    }
 };
 
 /// Newton's method on Lagrange's conditions, starting at the point itself, with steps of at most the edge of a cell.
@@ -351,9 +367,9 @@ inline std::optional<Foot> find_foot(const IsosurfaceSnapshot& surface, const La
         const PointInCell end(surface, x);
         const auto [value, gradient] = scalar::value_and_gradient_in_cell<Degree>(end.cell, end.local);
         const glm::dvec3 slope(gradient[0], gradient[1], gradient[2]);
-        if (!(glm::length(slope) > 0.0) || !(std::abs(value) <= descent_margin * glm::length(slope)))
+        if (!(std::abs(value) <= descent_margin * glm::length(slope)))
             return std::nullopt;
-        return Foot{end.index, end.local, slope * metric.to_lattice, metric.length(x - point)};
+        return Foot::at(metric, point, end.index, end.local, slope);
     }
     return std::nullopt;
 }

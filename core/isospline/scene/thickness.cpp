@@ -24,14 +24,18 @@ struct Ball {
 };
 
 /// The radius of the largest ball whose centre is on the inward normal, whose sphere contains the point, and in which
-/// no point of the surface is deeper than the gap.
-double shrunk_radius(ClosestPointFinder& find, const ClosestPoint& at, double radius, double gap, double precision)
+/// no point of the surface is deeper than the gap. Infinite if the normal leaves the solid where it is open, and the
+/// ball ends at the outer side of another part: then the solid does not bound it.
+double shrunk_radius(ClosestPointFinder& find, const ClosestPoint& at, double radius, double gap, double precision,
+                     bool is_open)
 {
     constexpr int most_balls = 64;
+    ClosestPoint other;
     for (int ball = 0; ball < most_balls && radius > gap; ++ball) {
-        const ClosestPoint other = find.within(at.position - radius * at.normal, radius - gap);
-        if (!(other.distance < radius - gap - precision))
+        const ClosestPoint found = find.within(at.position - radius * at.normal, radius - gap);
+        if (!(found.distance < radius - gap - precision))
             break;
+        other = found;
         // The other point becomes as deep as the gap.
         const glm::dvec3 between = at.position - other.position;
         const double along = glm::dot(between, at.normal) - gap;
@@ -40,7 +44,9 @@ double shrunk_radius(ClosestPointFinder& find, const ClosestPoint& at, double ra
             break;
         radius = std::max(next, gap);
     }
-    return radius;
+    const glm::dvec3 to_center = at.position - radius * at.normal - other.position;
+    const bool is_before_other = std::isfinite(other.distance) && glm::dot(to_center, other.normal) > precision;
+    return is_open && is_before_other ? std::numeric_limits<double>::infinity() : radius;
 }
 
 /// A point of the surface that was nearest to the centre of a ball.
@@ -105,21 +111,25 @@ Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<Touched>
 ///
 /// @param find Finds nearest points within `precision`.
 /// @param at A point of the surface.
-/// @param radius Of the first ball, whose centre and the way to it are in the solid.
+/// @param radius Of the first ball, whose centre and the way to it are in the solid, or beyond where it is open.
+/// @param is_open Whether the inward normal leaves the solid where it is open.
+/// @return The radius is infinite if the ball would end at the outer side of another part.
 /// @param bounds Where centres may be.
-Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double radius, double gap, double precision,
-                    const Box& bounds)
+Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double radius, bool is_open, double gap,
+                    double precision, const Box& bounds)
 {
     const auto touching_ball = [&](double most, double depth) {
-        const double least = shrunk_radius(find, at, most, depth, precision);
+        const double least = shrunk_radius(find, at, most, depth, precision, is_open);
         return Ball{at.position - least * at.normal, least};
     };
     Ball ball = touching_ball(radius, gap);
-    if (gap == 0.0)
+    if (gap == 0.0 || !std::isfinite(ball.radius))
         return ball;
     ClosestPoint first = find(ball.center);
     if (!is_behind(ball.center, first)) {
         ball = touching_ball(ball.radius, 0.0);
+        if (!std::isfinite(ball.radius))
+            return ball;
         first = find(ball.center);
     }
     if (!std::isfinite(first.distance))
@@ -177,9 +187,10 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
     scene.cast_rays(rays, hits);
     const auto is_known = [&](std::size_t i) { return glm::length(starts[i].normal) > 0.0; };
     for (std::size_t i = 0; i < points_world.size(); ++i) {
+        // A ray that enters has left the solid before, where it is open.
         if (!is_known(i))
             thickness[i] = std::numeric_limits<double>::quiet_NaN();
-        else if (std::isfinite(hits[i].t))
+        else if (std::isfinite(hits[i].t) && glm::dot(hits[i].normal, rays[i].direction) >= 0.0)
             thickness[i] = hits[i].t + glm::length(rays[i].origin - starts[i].position);
         else
             thickness[i] = std::numeric_limits<double>::infinity();
@@ -197,7 +208,7 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
             continue;
         const double ray = std::min(thickness[i], 2.0 * largest);
         const Ball ball = inscribed_ball(find_within_precision, starts[i], 0.5 * (ray + std::min(ripple, 0.5 * ray)),
-                                         ripple, precision, bounds);
+                                         !std::isfinite(thickness[i]), ripple, precision, bounds);
         if (std::isfinite(thickness[i]) || ball.radius < largest - ripple)
             thickness[i] = 2.0 * ball.radius;
     }

@@ -50,9 +50,9 @@ class SurfaceQueries(_core.Isosurface):
         Returns
         -------
         (...) bool array, or uint8 array
-            By the sign of :math:`f - f_0`, evaluated in float64; where f equals the level, it counts as above. Parts
-            that `clip` or `mask` cut away are outside. So is everything outside of `volume.bounds`, for each boundary
-            rule.
+            By the sign of :math:`f - f_0`, evaluated in float64; where f equals the level, up to rounding errors, it
+            counts as above. Parts that `clip` or `mask` cut away are outside. So is everything outside of
+            `volume.bounds`, for each boundary rule.
 
             With `certify`, 1 for a point that is proven to be in the solid, 0 for one that is proven not to be, and 2
             for one that is undecided, because it is on the surface or on the border of the volume to within rounding.

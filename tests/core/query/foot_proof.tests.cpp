@@ -124,7 +124,13 @@ TEST_CASE("a foot is not proven where another sheet is nearer", "[query]")
     const glm::dvec3 near_lower{4.5, 4.5, 3.9}, near_upper{4.5, 4.5, 5.1}; // lattice: index + 1/2
     const auto foot_above = find_foot<2>(*surface, metric, near_upper);
     REQUIRE(foot_above);
-    proof.begin(near_lower, {foot_above->cell, foot_above->local, foot_above->gradient_world,
-                             metric.length(glm::dvec3(foot_above->cell) + foot_above->local - near_lower)});
+    const auto foot_at = [&](const glm::dvec3& point) {
+        return Foot::at(metric, point, foot_above->cell, foot_above->local,
+                        foot_above->gradient_world * metric.to_world);
+    };
+    const auto far_foot = foot_at(near_lower);
+    REQUIRE(far_foot);
+    proof.begin(near_lower, *far_foot);
     REQUIRE(!proof.is_nearest());
+    REQUIRE(!foot_at(near_lower + glm::dvec3(1e-5, 0.0, 0.0))); // not perpendicular
 }

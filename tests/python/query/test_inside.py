@@ -40,6 +40,22 @@ def test_contains_is_the_sign_of_the_spline(rng, degree, inside):
     )
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_points_at_the_level_count_as_above(rng, degree):
+    # Of whole numbers, also as plateaus. The samples are coefficients, so that f has no error where it is constant.
+    data = rng.integers(0, 3, (4, 4, 4)).repeat(4, 0).repeat(4, 1).repeat(4, 2)
+    volume = isospline.Volume(data, degree=degree, filter="none")
+    above, below = (isospline.Isosurface(volume, 1, inside=inside) for inside in ("above", "below"))
+    points = grid_points(data.shape)
+    at_level = volume.sample(points) == 1
+    inside = above.contains(points)
+    assert 0.1 < at_level.mean() < 0.5 and inside[at_level].all()
+    np.testing.assert_array_equal(inside, above.to_mask())
+    np.testing.assert_array_equal(below.contains(points), below.to_mask())
+    np.testing.assert_array_equal(below.contains(points), ~inside)
+    np.testing.assert_array_equal(isospline.Scene(above).occupancy(points) == 1, inside)
+
+
 @pytest.mark.parametrize("field", [Plane(), Sphere((12, 12, 12), 8.0), Torus()], ids=lambda field: type(field).__name__)
 def test_contains_agrees_with_closed_forms(rng, field):
     volume = isospline.Volume(field.values(SHAPE), degree=3)

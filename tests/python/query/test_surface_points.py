@@ -118,6 +118,13 @@ def test_thickness_where_the_solid_is_open_or_capped():
     top = (0, 0, 0.7)
     assert np.isinf(sphere(0.7, clip=clip).thickness(top, method="ray"))
     assert abs(sphere(0.7, clip=clip, capped=True).thickness(top, method="ray") - 0.7) < 1e-4
+    # Two plates, the first without its other side: what is beyond the gap is not its other side.
+    samples = np.zeros((3, 3, 24))
+    samples[..., 3:9] = samples[..., 13:20] = 1
+    index = np.arange(24)
+    plates = isospline.Isosurface(isospline.Volume(samples), 0.5, mask=((index < 5) | (index > 10)) & (samples >= 0))
+    for options in ({"method": "ray"}, {"ripple": 0}, {}):
+        np.testing.assert_allclose(plates.thickness([(2.5, 1, 1), (12.5, 1, 1)], **options), [np.inf, 7], atol=0.02)
     with pytest.raises(ValueError, match='method: expected "max_sphere" or "ray", got "balls"'):
         sphere(0.7).thickness(top, method="balls")
 
