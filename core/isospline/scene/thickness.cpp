@@ -107,7 +107,9 @@ Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<Touched>
 /// The first ball is centred on the inward normal. It shrinks until no point of the surface is deeper in it than the
 /// gap: J. Ma, S. W. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the normal field",
 /// The Visual Computer 28, 2012. Then its centre moves to where a larger ball is, by linear programs with the points of
-/// the surface that were nearest so far, until the radius grows by less than `precision`.
+/// the surface that were nearest so far, until the radius grows by less than `precision`. This finds a local maximum,
+/// which may be within a ripple. The ball is at least as large, up to `precision`, as the one that touches
+/// the surface at the point.
 ///
 /// @param find Finds nearest points within `precision`.
 /// @param at A point of the surface.
@@ -122,14 +124,15 @@ Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double rad
         const double least = shrunk_radius(find, at, most, depth, precision, is_open);
         return Ball{at.position - least * at.normal, least};
     };
+    const Ball touching = touching_ball(radius, 0.0);
+    if (gap == 0.0 || !std::isfinite(touching.radius))
+        return touching;
     Ball ball = touching_ball(radius, gap);
-    if (gap == 0.0 || !std::isfinite(ball.radius))
+    if (!std::isfinite(ball.radius))
         return ball;
     ClosestPoint first = find(ball.center);
     if (!is_behind(ball.center, first)) {
-        ball = touching_ball(ball.radius, 0.0);
-        if (!std::isfinite(ball.radius))
-            return ball;
+        ball = touching;
         first = find(ball.center);
     }
     if (!std::isfinite(first.distance))
@@ -155,7 +158,7 @@ Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double rad
             step *= 0.5;
         }
     }
-    return ball;
+    return touching.radius > ball.radius + precision ? touching : ball;
 }
 
 } // namespace

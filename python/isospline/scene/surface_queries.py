@@ -326,9 +326,10 @@ class SurfaceQueries(_core.Isosurface):
         The names are those of trimesh.proximity.thickness. "max_sphere" is the local thickness of [1]_, for which a
         ball may be `ripple` away from the point: a ball that has to touch a noisy surface at the point is bounded by
         the ripples beside it. The ball shrinks on the inward normal [2]_. Then it moves to where it can grow, until it
-        is the largest one nearby. Its precision is a fiftieth of `ripple`, but from a thousandth to a hundredth of a
-        voxel's shortest edge. On a smooth surface, `ripple` has an effect only near edges and where the thickness
-        changes: there, a ball may fit that is larger than the touching one.
+        is the largest one nearby. On noisy surfaces a larger one may be elsewhere within `ripple`. Up to its precision,
+        the ball is never smaller than the touching one. The precision is a fiftieth of `ripple`, but from a thousandth
+        to a hundredth of a voxel's shortest edge. On a smooth surface, `ripple` has an effect only near edges and where
+        the thickness changes: there, a ball may fit that is larger than the touching one.
 
         References
         ----------

@@ -113,6 +113,16 @@ def test_thickness_beside_an_edge():
         box.thickness(points, ripple=-1)
 
 
+def test_thickness_with_ripples_is_at_least_that_of_the_touching_ball():
+    z, y, x = np.mgrid[0:24, 0:24, 0:24] * 0.4
+    gyroid = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    wall = isospline.Isosurface(isospline.Volume(0.5 - abs(gyroid)), 0.0, closed=True)
+    points = wall.sample_points(300).points
+    touching = wall.thickness(points, ripple=0)
+    for ripple in (0.1, 0.5, 1):
+        assert (wall.thickness(points, ripple=ripple) > touching - 0.03).all()
+
+
 def test_thickness_where_the_solid_is_open_or_capped():
     clip = isospline.HalfSpace((0, 0, 0), (0, 0, 1))
     top = (0, 0, 0.7)
