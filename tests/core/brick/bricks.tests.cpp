@@ -325,7 +325,7 @@ TEST_CASE("a pinned brick is not dropped, and nobody waits for its reader", "[br
 
 TEST_CASE("many threads read bricks of which a few fit a budget", "[brick][threads]")
 {
-    const auto volume = noise_volume({37, 22, 30}, 2);
+    const auto volume = noise_volume({70, 44, 60}, 2);
     const auto source = std::make_shared<CountingSource>(volume, 60'000);
     const LevelBricks level(volume_of(source, *volume), 0.1), in_memory(volume, 0.1);
     constexpr std::size_t thread_count = 8;
