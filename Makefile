@@ -48,7 +48,7 @@ REV ?= c6962fb
 VOLUMES ?=
 
 .PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop stubs build-module test-module test-debian13 test-debian13-rays test-torch test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
-    fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint lint-types lint-stubs \
+    fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-python sanitize-thread tidy lint lint-types lint-stubs \
     lint-files lint-page clang format clean packages test-packages
 
 help: ## list the targets
@@ -195,17 +195,21 @@ pictures: .venv/.installed ## render the picture of the README from a real volum
 docs-links: .venv/.installed ## check the documentation's links to other sites
 	@$(sphinx) -b linkcheck docs build/docs/links
 
-sanitize: sanitize-address sanitize-thread ## run the tests under Address-, UndefinedBehavior- and ThreadSanitizer
+sanitize: sanitize-address sanitize-python sanitize-thread ## run the tests under Address-, UndefinedBehavior- and ThreadSanitizer
+
+sanitize-address: test-packages
+	@echo "== Building with AddressSanitizer and UndefinedBehaviorSanitizer in build/asan-ubsan"
+	@cmake --preset asan-ubsan
+	@cmake --build --preset asan-ubsan
+	@echo "== Running the C++ tests under AddressSanitizer and UndefinedBehaviorSanitizer"
+	@ctest --preset asan-ubsan --parallel $$(nproc)
 
 # The package is installed beside the build and not in .venv: only a Python with the preloaded sanitizer can import it.
 # CPython keeps memory until it ends, so only the C++ tests look for leaks. libstdc++ is preloaded so that ASan finds
 # the functions that throw.
-sanitize-address: test-packages .venv/.installed
+sanitize-python: test-packages .venv/.installed
 	@echo "== Building with AddressSanitizer and UndefinedBehaviorSanitizer in build/asan-ubsan"
 	@$(call pip_install,asan-ubsan,.) --no-deps --upgrade --target build/asan-ubsan/package
-	@cmake --build --preset asan-ubsan
-	@echo "== Running the C++ tests under AddressSanitizer and UndefinedBehaviorSanitizer"
-	@ctest --preset asan-ubsan --parallel $$(nproc)
 	@echo "== Running the Python tests under AddressSanitizer and UndefinedBehaviorSanitizer"
 	@ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 \
 	    LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \

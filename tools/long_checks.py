@@ -20,12 +20,13 @@ PARTS = {
     "debian13": ("all tests of the compiled parts with Embree 4, GCC 14, Python 3.13", "make test-debian13"),
     "torch": ("isospline.torch, with Debian's PyTorch", "make test-torch"),
     "lowest": ("the lowest versions of Python and all packages", "make test-lowest"),
-    "address": ("AddressSanitizer and UndefinedBehaviorSanitizer", "make sanitize-address"),
+    "address": ("the C++ tests with AddressSanitizer and UndefinedBehaviorSanitizer", "make sanitize-address"),
+    "address-python": ("the Python tests of the compiled module with both", "make sanitize-python"),
     "thread": ("ThreadSanitizer", "make sanitize-thread"),
     "alone": ("each source compiled alone by Clang: missing includes, shadowed names", "make clang UNITY=OFF"),
     "bench": ("all rows of the benchmark, small", "make bench BENCH=--quick"),
 }
-ROW = re.compile(r"^\| `(\w+)` \|.*$", re.MULTILINE)
+ROW = re.compile(r"^\| `([\w-]+)` \|.*$", re.MULTILINE)
 MARKED = re.compile(r"(<!-- ci-long -->\n).*?(<!-- /ci-long -->)", re.DOTALL)
 
 
