@@ -342,7 +342,9 @@ def heart(periods: float = 7.0, thickness: float = 0.55, sharpness: float = 25.0
         body, body_gradient, growth = parts(points)
         web_gradient = -lattice.value(points)[..., None] * lattice.gradient(points) / 2
         web_gradient[..., 0] -= 3 * thickness**2 * (1 + growth) * growth
-        share = 1 / (1 + np.exp(sharpness * (body - web(points, growth))))[..., None]
+        excess = (sharpness * (body - web(points, growth)))[..., None]
+        less = np.exp(np.where(excess.real > 0, -excess, excess))  # its magnitude is at most 1
+        share = np.where(excess.real > 0, less, 1) / (1 + less)
         return share * body_gradient + (1 - share) * web_gradient
 
     return Field(value, gradient, level=0.0)

@@ -62,7 +62,8 @@ def _widest_side(upright: int, grid: Grid, direction: NDArray[np.float64]) -> Si
 
 def _vector(side: Side, direction: NDArray[np.float64]) -> NDArray[np.float64]:
     """The outward direction of a side in the world; axes of arrays are z, y, x."""
-    return direction[:, 2 - side.axis] * (1.0 if side.end else -1.0)
+    along = direction[:, 2 - side.axis]
+    return along / np.linalg.norm(along) * (1.0 if side.end else -1.0)
 
 
 def as_tuple(vector: NDArray[np.float64]) -> Vector:

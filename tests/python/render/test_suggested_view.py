@@ -228,6 +228,16 @@ def test_masks_are_for_degrees_that_have_isosurfaces(degree):
     assert isospline.suggest_view(volume) == USUAL
 
 
+def test_lengths_in_the_direction_do_not_matter():
+    z, y, x = np.mgrid[:48, :40, :44]
+    on_plate = (((z - 22) / 10) ** 2 + ((y - 20) / 8) ** 2 + ((x - 22) / 7) ** 2 < 1) | ((z >= 2) & (z < 5))
+    turned = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])
+    views = [
+        isospline.suggest_view(isospline.Volume(on_plate, spacing=1 / k, direction=k * turned)) for k in (1.0, 10.0)
+    ]
+    assert views[0] == views[1] != USUAL
+
+
 def test_a_trunk_contradicts_the_directions_of_an_array_only():
     front, back = (-0.45, -1, 0.3), (0.45, 1, 0.3)
     directions = {

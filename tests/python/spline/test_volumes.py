@@ -85,3 +85,10 @@ def test_gradients_at_whole_numbers():
     for make in (volumes.blobs, volumes.waves, volumes.heart, volumes.sphere):
         field = make()
         np.testing.assert_array_equal(field.gradient(np.array([[1, 0, 0]])), field.gradient(np.array([[1.0, 0, 0]])))
+
+
+def test_derivatives_of_a_sharp_heart_are_finite():
+    field, points, step = volumes.heart(sharpness=1000.0), np.array([(0.0, 0, 0), (0.3, 0.2, -0.1)]), 1e-6
+    steps = step * np.eye(3)
+    expected = [(field.gradient(points + each) - field.gradient(points - each)) / (2 * step) for each in steps]
+    np.testing.assert_allclose(field.hessian(points), np.stack(expected, axis=-1), rtol=1e-4, atol=1e-3)
