@@ -196,7 +196,7 @@ void copy_constants(const BrickField& from, BrickField& to)
 }
 
 /// Filters the lines of bricks along an axis from number `begin` to `end`.
-void filter_lines(int axis, std::size_t begin, std::size_t end, const BrickFilter3& filter, const BrickField& from,
+void filter_lines(int axis, std::size_t begin, std::size_t end, const SeparableFilter& filter, const BrickField& from,
                   BrickField& to, std::vector<float>& items)
 {
     for (std::size_t number = begin; number < end; ++number)
@@ -206,17 +206,17 @@ void filter_lines(int axis, std::size_t begin, std::size_t end, const BrickFilte
 
 } // namespace
 
-BrickFilter3 gaussian_filter(const glm::dvec3& deviations)
+SeparableFilter gaussian_filter(const glm::dvec3& deviations)
 {
-    BrickFilter3 filter;
+    SeparableFilter filter;
     for (int axis = 0; axis < 3; ++axis)
         filter[static_cast<std::size_t>(axis)] = in_single(gaussian_weights(deviations[axis]));
     return filter;
 }
 
-BrickFilter3 low_pass_filter(const glm::dvec3& deviations)
+SeparableFilter low_pass_filter(const glm::dvec3& deviations)
 {
-    BrickFilter3 filter;
+    SeparableFilter filter;
     for (int axis = 0; axis < 3; ++axis) {
         // 1 - (1 - G)^3 = 3 G - 3 G^2 + G^3.
         const Weights once = gaussian_weights(deviations[axis]), twice = convolved(once, once);
@@ -228,7 +228,7 @@ BrickFilter3 low_pass_filter(const glm::dvec3& deviations)
     return filter;
 }
 
-BrickFilter3 interpolation_filter()
+SeparableFilter interpolation_filter()
 {
     // The inverse of (z + 6 + 1 / z) / 8.
     const double pole = std::sqrt(8.0) - 3.0;
@@ -238,7 +238,7 @@ BrickFilter3 interpolation_filter()
     return {in_single(weights), in_single(weights), in_single(weights)};
 }
 
-void apply(const BrickFilter3& filter, const BrickField& from, BrickField& to, BrickField& between,
+void apply(const SeparableFilter& filter, const BrickField& from, BrickField& to, BrickField& between,
            const Progress& progress)
 {
     copy_constants(from, to);

@@ -73,7 +73,7 @@ struct Filters {
     {
     }
 
-    BrickFilter3 blur, smooth, spread, to_coefficients;
+    SeparableFilter blur, smooth, spread, to_coefficients;
 };
 
 /// What the fields of a map's labels are made from.
@@ -218,6 +218,8 @@ void LabelField::Impl::subtract_rivals(const Given& given, std::int32_t label, c
         for (std::size_t number = 0; number < layout.stored.size(); ++number) {
             const std::size_t brick = layout.stored[number];
             const float* const numbers = rival.find(brick);
+            if (numbers == nullptr && rival.constants[brick] < 0.0f)
+                continue; // no rival is nearby
             float* const to = largest.numbers(number);
             for (std::size_t place = 0; place < numbers_of_brick; ++place)
                 to[place] = std::max(to[place], numbers != nullptr ? numbers[place] : rival.constants[brick]);

@@ -240,7 +240,7 @@ PartialVolume find_partial_volumes(const BrickField& coefficients, int divisions
                     }
             }
         },
-        only_cancelling(progress));
+        progress);
     PartialVolume sum;
     for (const PartialVolume& each : of_bricks) {
         sum.voxels += each.voxels;

@@ -125,7 +125,7 @@ private:
         if (cut_ == nullptr) {
             points_of_slab(slab, points_);
         } else {
-            // The plane, widened by the on_plane_margin, and the side of the slab on which the solid is.
+            // The plane, widened by the margin, and the side of the slab on which the solid is.
             const double at_lower = glm::dot(cut_->normal, lower_ + box.lower) - cut_->offset;
             points_of_slab({cut_->normal * box.size, -at_lower - on_plane_margin, -at_lower + on_plane_margin},
                            points_);

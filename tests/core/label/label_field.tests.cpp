@@ -53,7 +53,7 @@ int mirrored(int i, int count)
 }
 
 /// A field filtered along one axis after the other, in double precision.
-std::vector<double> filtered(const BrickFilter3& filter, const glm::ivec3& shape)
+std::vector<double> filtered(const SeparableFilter& filter, const glm::ivec3& shape)
 {
     std::vector<double> numbers(place_count(shape));
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -96,7 +96,7 @@ TEST_CASE("filters of bricks mirror volumes at their ends", "[label]")
 {
     for_each_target([] {
         for (const glm::ivec3 shape : {glm::ivec3(30, 17, 9), glm::ivec3(3, 1, 8), glm::ivec3(2, 40, 1)})
-            for (const BrickFilter3& filter :
+            for (const SeparableFilter& filter :
                  {gaussian_filter({1.5, 0.8, 2.0}), low_pass_filter({1.5, 0.8, 2.0}), interpolation_filter()}) {
                 const BrickLayout layout = all_bricks(shape);
                 BrickField from(layout, 0.0f), to(layout, 0.0f), between(layout, 0.0f);
@@ -128,7 +128,7 @@ TEST_CASE("filters keep constants and, at low pass, polynomials", "[label]")
         if (16 <= at.x && at.x < 48)
             REQUIRE(std::abs(static_cast<double>(number) - polynomial(at.x)) < 1e-5);
     });
-    for (const BrickFilter3& filter : {gaussian_filter(glm::dvec3(2.0)), interpolation_filter()}) {
+    for (const SeparableFilter& filter : {gaussian_filter(glm::dvec3(2.0)), interpolation_filter()}) {
         apply(filter, BrickField(layout, 1.0f), to, between);
         for_each_voxel(to, [](const glm::ivec3&, float& number) { REQUIRE(std::abs(number - 1.0f) < 1e-5f); });
     }
