@@ -67,6 +67,11 @@ class Samples(NamedTuple):
         """The solid above or below a level."""
         return Grid(self.values < level if inside == "below" else self.values > level, self.spacing)
 
+    def place(self, axis: int, point: int) -> int:
+        """The index of a point in the volume, along an axis of the array."""
+        step = int(self.steps[axis])
+        return step // 2 + point * step
+
 
 def some_samples(data: Any, spacing: NDArray[np.float64]) -> Samples:
     """Some samples of an array; `spacing` is that of its axes."""

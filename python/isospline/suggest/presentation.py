@@ -274,8 +274,7 @@ def _present(sample, direction, patient, minimum, suggested, inside) -> Presenta
     left_out = None
     if plate is not None and plate.is_left_out:
         solid.inside[_layers(plate, plate.layers)] = False
-        # The surface of the plate may be in the cell behind its last sample.
-        left_out = _layers(plate, int(plate.layers * samples.steps[plate.side.axis]) + 1)
+        left_out = _samples_of(plate, samples)
     cut_sides = solid.cut_sides()
     solid = solid.largest_piece()
     holder = holders(solid)
@@ -313,8 +312,19 @@ def _level_of_object(
 
 def _layers(plate: Plate, count: int) -> tuple[slice, ...]:
     """The layers at the side of a plate, as an index of an array."""
-    layers = slice(-count, None) if plate.side.end else slice(None, count)
-    return tuple(layers if axis == plate.side.axis else slice(None) for axis in range(3))
+    return _across(plate, slice(-count, None) if plate.side.end else slice(None, count))
+
+
+def _samples_of(plate: Plate, samples: Samples) -> tuple[slice, ...]:
+    """The samples from the side of a plate to the first point behind it, as its surface is before that point."""
+    axis, end = plate.side
+    behind = samples.place(axis, samples.values.shape[axis] - 1 - plate.layers if end else plate.layers)
+    return _across(plate, slice(behind, None) if end else slice(None, behind + 1))
+
+
+def _across(plate: Plate, part: slice) -> tuple[slice, ...]:
+    """A part of the axis of a plate, as an index of an array."""
+    return tuple(part if axis == plate.side.axis else slice(None) for axis in range(3))
 
 
 def has_directions(patient: bool, direction: Any) -> bool:

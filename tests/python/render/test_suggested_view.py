@@ -104,6 +104,19 @@ def test_hot_samples_at_the_border_are_no_plate(rng, hot):
     assert isospline.render(isospline.Volume(values), size=(20, 20)).size == (20, 20)
 
 
+@pytest.mark.parametrize("thickness", [7, 8, 9, 10])
+def test_no_sheet_of_a_plate_is_left(thickness):
+    """The rules look at every fourth sample, so the end of the plate is between two of those that they look at."""
+    z, y, x = np.mgrid[0:386, 0:64, 0:64]
+    values = (((z - 190) / 60) ** 2 + ((y - 32) / 12) ** 2 + ((x - 32) / 12) ** 2 < 1).astype(np.uint8)
+    values[2 : 2 + thickness] = 1
+    for turned in (values, values[::-1]):
+        volume = isospline.Volume(turned, degree=1)
+        surface = isospline.Isosurface(volume, 0.5, mask=isospline.suggest_mask(volume))
+        assert len(surface.components().inside_counts) == 1
+        assert np.ptp(surface.bounds[:, 2]) == pytest.approx(120, abs=2)
+
+
 def test_a_plate_that_ends_within_the_volume_is_kept(bodies):
     volume = isospline.Volume(bodies["ball on a saucer"][::-1])
     assert isospline.suggest_mask(volume) is None
