@@ -13,9 +13,10 @@ import numpy as np
 def cut_polygons(points, sizes, corners):
     """The triangles of polygons, in their order: a polygon of n corners has n - 2, with its own corners alone.
 
-    Polygons are seen along the normal that Newell's method gives. Convex ones become fans from their first corners,
-    others fans from another corner, or they lose one ear after the other [1]_. Polygons of fewer than three corners
-    have no triangles.
+    Triangles stay as they are. From larger polygons, corners that repeat the corner before them are dropped first, as
+    those of quadrilaterals that are triangles. Polygons are seen along the normal that Newell's method gives. Convex
+    ones become fans from their first corners, others fans from another corner, or they lose one ear after the other
+    [1]_. Polygons of fewer than three corners have no triangles.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ def cut_polygons(points, sizes, corners):
     ----------
     .. [1] G. H. Meisters, "Polygons have ears", The American Mathematical Monthly 82(6), 1975.
     """
-    sizes, corners = np.asarray(sizes, np.int64), np.asarray(corners, np.int64)
+    sizes, corners = _without_repeats(np.asarray(sizes, np.int64), np.asarray(corners, np.int64))
     begins = np.cumsum(sizes) - sizes
     counts = np.maximum(sizes - 2, 0)
     places = np.cumsum(counts) - counts
@@ -53,6 +54,18 @@ def cut_strips(sizes, corners):
     rows = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     first = np.repeat(np.cumsum(sizes) - sizes, counts) + rows
     return np.asarray(corners, np.int64)[np.stack([first, first + 1 + rows % 2, first + 2 - rows % 2], axis=1)]
+
+
+def _without_repeats(sizes, corners):
+    """The sizes and corners of polygons without corners that repeat the one before them."""
+    ends = np.cumsum(sizes)
+    is_some = sizes > 0
+    before = np.roll(corners, 1)
+    before[(ends - sizes)[is_some]] = corners[ends[is_some] - 1]
+    is_kept = (corners != before) | np.repeat(sizes <= 3, sizes)
+    if is_kept.all():
+        return sizes, corners
+    return np.bincount(np.repeat(np.arange(len(sizes)), sizes)[is_kept], minlength=len(sizes)), corners[is_kept]
 
 
 def _flattened(polygons):

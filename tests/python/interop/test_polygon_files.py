@@ -177,7 +177,7 @@ def test_polygons_of_vtk_may_have_a_bridge_to_a_hole():
 
 def test_polygons_without_an_inside_have_triangles_without_area():
     line = np.c_[np.arange(6), np.zeros((6, 2))]
-    for polygon in ([0, 1, 2, 3], [0, 0, 0, 0, 0], [0, 2, 1, 4, 3, 5]):
+    for polygon in ([0, 1, 2, 3], [0, 2, 1, 4, 3, 5]):
         faces = cut_polygons(line, [len(polygon)], polygon)
         assert len(faces) == len(polygon) - 2 and not areas(line, faces).any()
     for wrong in (np.nan, np.inf, 1.5e308):
@@ -185,3 +185,19 @@ def test_polygons_without_an_inside_have_triangles_without_area():
         points[1], points[3] = wrong, -wrong
         assert cut_polygons(points, [5], range(5)).shape == (3, 3)
     assert cut_polygons(line, [1, 2, 3, 0], [0, 0, 1, 0, 1, 2]).tolist() == [[0, 1, 2]]
+
+
+def test_repeated_corners_of_polygons_are_dropped():
+    sizes, corners = [4, 4, 0, 4, 5, 3], [0, 1, 1, 2, 0, 0, 1, 1, 0, 1, 2, 0, 3, 3, 3, 3, 3, 0, 0, 1]
+    found = cut_polygons(np.array(ARROW, float), sizes, corners)
+    assert [set(face) for face in found.tolist()] == [{0, 1, 2}, {0, 1, 2}, {0, 1}]  # triangles are not changed
+
+
+def test_grids_with_blanked_cells_have_the_surface_of_the_others():
+    pyvista = pytest.importorskip("pyvista")
+    grid = pyvista.StructuredGrid(*np.mgrid[0:4, 0:4, 0:2].astype(float))
+    grid.hide_cells([0, 4], inplace=True)
+    mesh = isospline.Mesh.from_pyvista(grid)
+    assert (np.diff(np.sort(mesh.faces, axis=1), axis=1) > 0).all()
+    # 7 cells, with 12 outer sides, of which 2 are gone, and 2 + 4 around the holes.
+    assert len(mesh.faces) == 2 * (2 * 7 + 10 + 6)
