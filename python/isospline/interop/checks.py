@@ -10,14 +10,30 @@ import numpy as np
 # Options of `Volume` that the other library's object determines.
 _PLACE = ("spacing", "origin", "direction", "axes")
 
-#: Properties of vertices in PLY that are not values.
-PLY_NAMES = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "s", "t", "u", "v"}
+# Properties of vertices in PLY that together are positions, normals, colours or places in a texture.
+_PLY_GROUPS = (
+    {"x", "y", "z"},
+    {"nx", "ny", "nz"},
+    {"red", "green", "blue"},
+    {"red", "green", "blue", "alpha"},
+    {"s", "t"},
+    {"u", "v"},
+)
+#: The names of all of them.
+PLY_NAMES = set[str]().union(*_PLY_GROUPS)
 
 # The extra of isospline that installs a library.
 _EXTRAS = {
     **dict.fromkeys(("SimpleITK", "nibabel", "vtkmodules"), "io"),
     **dict.fromkeys(("lxml", "meshio", "networkx", "pyvista", "trimesh", "xarray"), "interop"),
 }
+
+
+def names_of_values(names):
+    """The names of properties of vertices, as in PLY, that may be values: a lone "s" is no place in a texture."""
+    given = set(names)
+    others = set[str]().union(*(group for group in _PLY_GROUPS if group <= given))
+    return [name for name in names if name not in others]
 
 
 @contextlib.contextmanager
@@ -57,6 +73,11 @@ def to_mesh(mesh_type, arrays, parameter, options):
     return mesh_type(**{**arrays, **options})
 
 
+def is_one_number_each(array):
+    """Whether an array has one real number at each vertex."""
+    return array.dtype.kind in "iuf" and (array.ndim == 1 or array.shape[1:] == (1,))
+
+
 def attributes(normals, colors, named=()):
     """Normals, colours and values of vertices as parameters of `Mesh`, without those that are missing or unusable.
 
@@ -73,7 +94,7 @@ def attributes(normals, colors, named=()):
             found["colors"] = colors
     for name, values in named:
         values = np.asarray(values)
-        if values.dtype.kind in "iuf" and (values.ndim == 1 or values.shape[1:] == (1,)):
+        if is_one_number_each(values):
             found["values"], found["values_name"] = values.reshape(-1).astype(float), str(name) or "values"
             break
     return found

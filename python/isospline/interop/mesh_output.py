@@ -46,7 +46,7 @@ def to_pyvista(self):
         surface.point_data.active_normals = np.array(self.normals)
     if self.colors is not None:
         surface.point_data["colors"] = _srgb_colors(self)
-    for name, values in _named_values(self).items():
+    for name, values in _named_values(self, surface.point_data).items():
         surface.point_data.set_array(values, name)
         surface.point_data.active_scalars_name = name
     return surface
@@ -56,11 +56,12 @@ def to_meshio(self):
     """See `Mesh.to_meshio`."""
     with library_of("Mesh.to_meshio"):
         import meshio
-    data = {"normals": self.normals, "colors": self.colors, **_named_values(self)}
+    data = {"normals": self.normals, "colors": self.colors}
+    data = {name: np.array(part) for name, part in data.items() if part is not None}
     return meshio.Mesh(
         np.array(self.vertices),
         [("triangle", self.faces.astype(np.int64))],
-        point_data={name: np.array(values) for name, values in data.items() if values is not None},
+        point_data={**data, **_named_values(self, data)},
     )
 
 
@@ -200,15 +201,19 @@ def _write_ply(mesh, path):
     if mesh.colors is not None:
         data |= dict(zip(("red", "green", "blue"), np.ascontiguousarray(_srgb_colors(mesh).T)))
     for name, values in _named_values(mesh).items():
-        name = "_".join(name.split())  # names in PLY have no spaces
-        data[f"{name}_values" if name in PLY_NAMES else name] = values
+        data[_free_name("_".join(name.split()), PLY_NAMES)] = values  # names in PLY have no spaces
     output.point_data = data
     meshio.write(path, output, file_format="ply")
 
 
-def _named_values(mesh):
+def _named_values(mesh, taken=()):
     """The values of a mesh by their name, if it has any."""
-    return {} if mesh.values is None else {mesh.values_name: np.array(mesh.values)}
+    return {} if mesh.values is None else {_free_name(mesh.values_name, taken): np.array(mesh.values)}
+
+
+def _free_name(name, taken):
+    """A name of values, longer if it is taken."""
+    return f"{name}_values" if name in taken else name
 
 
 def _srgb_colors(mesh):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.parameters import check_type
-from .checks import PLY_NAMES, errors_name, library_of
+from .checks import errors_name, is_one_number_each, library_of, names_of_values
 from .vtk import check_indices, mesh_from_vtk
 
 
@@ -26,9 +26,10 @@ def mesh_from_meshio(cls, mesh, **options):
             grid.point_data.active_normals = normals
         if colors is not None:
             grid.point_data["colors"] = colors
-        others = [(name, data) for name, data in mesh.point_data.items() if name not in _NOT_VALUES]
-        for name, data in [pair for pair in others if np.ndim(pair[1]) == 1][:1]:
-            grid.point_data[name] = data
+        name = _name_of_values(mesh.point_data)
+        if name is not None:
+            grid.point_data["values"] = np.ravel(mesh.point_data[name])  # its own name may be that of the colours
+            options = {"values_name": name, **options}
     return mesh_from_vtk(cls, grid, **options)
 
 
@@ -36,16 +37,20 @@ def mesh_from_meshio(cls, mesh, **options):
 _ATTRIBUTES = ("normals", "nx", "ny", "nz"), ("colors", "red", "green", "blue")
 
 
-#: Names of arrays that are not values.
-_NOT_VALUES = {*PLY_NAMES, *_ATTRIBUTES[0], *_ATTRIBUTES[1], "gmsh:dim_tags"}
-
-
 def _point_data(mesh, name, *components):
     """An array (N, 3) of numbers at the points; None if there is none."""
     found = mesh.point_data.get(name)
-    if found is None and all(component in mesh.point_data for component in components):
-        found = np.stack([mesh.point_data[component] for component in components], axis=1)
-    return found if found is not None and np.ndim(found) == 2 and np.shape(found)[1] in (3, 4) else None
+    if np.ndim(found) == 2 and np.shape(found)[1] in (3, 4):
+        return found
+    if not all(np.ndim(mesh.point_data.get(component)) == 1 for component in components):
+        return None
+    return np.stack([mesh.point_data[component] for component in components], axis=1)
+
+
+def _name_of_values(point_data):
+    """The name of the first array with one number a point that is no part of a normal, colour or the like, or None."""
+    arrays = {name: np.asarray(point_data[name]) for name in names_of_values(list(point_data))}
+    return next((name for name, data in arrays.items() if is_one_number_each(data)), None)
 
 
 def _index_arrays(block):

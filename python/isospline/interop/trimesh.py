@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.parameters import check_type
-from .checks import PLY_NAMES, attributes, library_of, to_mesh
+from .checks import attributes, library_of, names_of_values, to_mesh
 
 
 def check_trimesh(mesh):
@@ -71,7 +71,7 @@ def _named(mesh):
     found = list(mesh.vertex_attributes.items())
     # Other properties of a PLY file are only in its raw content.
     raw = mesh.metadata.get("_ply_raw", {}).get("vertex", {})
-    names = [name for name in raw.get("properties", ()) if name not in PLY_NAMES]
+    names = names_of_values(list(raw.get("properties", ())))
     found += [(name, raw["data"][name]) for name in names if raw.get("length") == len(mesh.vertices)]
     return found
 

@@ -146,10 +146,13 @@ def _sizes_and_indices(cells):
 
 
 def _colors(data):
-    """The colours among the data of points, or None."""
+    """The colours among the data of points, or None. Active scalars are colours if they are bytes, as in VTK."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 
-    arrays = [data.GetScalars(), *(data.GetArray(name) for name in ("colors", "Colors", "RGB", "RGBA"))]
+    active, named = data.GetScalars(), [data.GetArray(name) for name in ("colors", "Colors", "RGB", "RGBA")]
+    is_of_bytes = active is not None and active.GetDataType() == VTK_UNSIGNED_CHAR
+    arrays = [active, *named] if is_of_bytes else named
     colors = (vtk_to_numpy(array) for array in arrays if array is not None and array.GetNumberOfComponents() in (3, 4))
     return next(colors, None)
 

@@ -50,7 +50,8 @@ class Mesh(SceneObject, MeshConversions):
         A number at each vertex, such as a temperature; NaN where it is unknown. Files and other libraries keep them.
         Without `colors` and a colour, pictures show them by `ColorByValue`, unless all are the same.
     values_name : str
-        What the values are called in files, in other libraries and above the colour bar: ``"temperature in K"``.
+        What the values are called in files, in other libraries and above the colour bar: ``"temperature in K"``. What
+        is called "colors" or the like is called "colors_values" where that name means something else.
 
     Raises
     ------

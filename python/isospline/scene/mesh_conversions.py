@@ -133,9 +133,10 @@ class MeshConversions(_core.Mesh):
         """Convert a surface of VTK.
 
         Polygons and strips are cut into triangles, in the order of the cells; triangles are not changed. Lines and
-        single points are left out. Normals of points are kept, and their colours: the active scalars or an array named
-        colors, RGB or RGBA, of three or four numbers a point, sRGB in bytes or from 0 to 1. One array with one number a
-        point is kept as values, with its name: the active scalars or, if they are something else, the first such array.
+        single points are left out. Normals of points are kept, and their colours: the active scalars if they are bytes,
+        or an array named colors, RGB or RGBA, of three or four numbers a point, sRGB in bytes or from 0 to 1. One array
+        with one number a point is kept as values, with its name: the active scalars or, if they are something else, the
+        first such array.
 
         Parameters
         ----------

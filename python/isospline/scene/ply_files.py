@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..interop.checks import PLY_NAMES
+from ..interop.checks import names_of_values
 from .polygon_meshes import numbers_of, polygon_mesh
 
 # Bytes of a line, and lines, of a header.
@@ -73,7 +73,7 @@ def read_ply(path):
         corners.astype(np.int64),
         _columns(points, ("nx", "ny", "nz")),
         _columns(points, ("red", "green", "blue")),
-        [(name, values) for name, values in points.items() if name not in PLY_NAMES],
+        [(name, points[name]) for name in names_of_values(points)],
     )
 
 

@@ -9,6 +9,7 @@ import isospline
 
 TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3.0)]
 OUTWARD = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+OUTER = [(-1, -1, -1), (2, -1, -1), (-1, 3, -1), (-1, -1, 4)]
 VALUES = [37.5, -1e-3, np.nan, 1 / 3]
 
 
@@ -82,6 +83,29 @@ def test_values_survive_ply(tmp_path, given, written):
     np.testing.assert_array_equal(meshio.read(tmp_path / "a.ply").point_data[name], VALUES)
 
 
+@pytest.mark.parametrize("name", ["colors", "normals", "Normals", "RGB", "s", "u", "x", "nx", "red", "alpha"])
+def test_values_may_have_any_name(tmp_path, name):
+    for library in ("trimesh", "pyvista", "meshio"):
+        pytest.importorskip(library)
+    for given in ({}, {"normals": OUTER, "colors": "red"}):
+        mesh = isospline.Mesh(TETRAHEDRON, OUTWARD, values=VALUES, values_name=name, **given)
+        mesh.write(tmp_path / "a.ply")
+        found = {"ply": isospline.read_mesh(tmp_path / "a.ply")}
+        for library in ("trimesh", "pyvista", "meshio"):
+            found[library] = getattr(isospline.Mesh, f"from_{library}")(getattr(mesh, f"to_{library}")())
+        for library, copy in found.items():
+            assert copy.values_name in (name, f"{name}_values"), library
+            check(copy, copy.values_name)
+            assert (copy.colors is None, copy.normals is None) == ((False, False) if given else (True, True)), library
+
+
+def test_columns_of_meshio_are_values():
+    meshio = pytest.importorskip("meshio")
+    pytest.importorskip("pyvista")
+    given = {"s": np.zeros(4), "t": np.zeros(4), "temperature": np.array(VALUES)[:, None]}  # places in a texture first
+    check(isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, [("triangle", OUTWARD)], given)))
+
+
 @pytest.mark.parametrize(
     ("suffix", "lost"),
     [(".stl", "values and colors"), (".3mf", "values and colors"), (".obj", "values"), (".glb", "values")],
@@ -126,6 +150,20 @@ def test_the_active_scalars_come_first():
         shape.set_active_scalars(active)
         mesh = isospline.Mesh.from_pyvista(shape)
         assert (mesh.values_name, mesh.values.tolist()) == (name, values)
+
+
+def test_active_vectors_are_no_colors():
+    pyvista = pytest.importorskip("pyvista")
+    shape = pyvista.PolyData(np.array(TETRAHEDRON), np.insert(OUTWARD, 0, 3, axis=1))
+    shape.point_data["velocity"] = np.full((4, 3), 0.5)
+    shape.set_active_scalars("velocity")
+    assert isospline.Mesh.from_pyvista(shape).colors is None
+    shape.point_data["colors"] = np.full((4, 3), (255, 0, 0), np.uint8)
+    shape.set_active_scalars("velocity")
+    np.testing.assert_array_equal(isospline.Mesh.from_pyvista(shape).colors, [(1, 0, 0)] * 4)
+    shape.point_data["bytes"] = np.full((4, 3), (0, 0, 255), np.uint8)
+    shape.set_active_scalars("bytes")
+    np.testing.assert_array_equal(isospline.Mesh.from_pyvista(shape).colors, [(0, 0, 1)] * 4)
 
 
 def test_parts_of_a_scene_keep_values_that_all_of_them_have(mesh):
