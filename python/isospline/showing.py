@@ -20,10 +20,16 @@ PICTURES = (".png", ".exr", ".npz", ".jpg", ".jpeg")
 
 @handed
 def picture_in_cell(shown):
-    """The PNG of an object that is the last expression of a cell of a notebook."""
+    """The PNG of an object that is the last expression of a cell of a notebook.
+
+    None of what has no picture, such as samples that are NaN: the cell then shows its `repr`, in place of an error.
+    """
     from .viewer.cell import picture
 
-    return picture(shown)._repr_png_()
+    try:
+        return picture(shown)._repr_png_()
+    except (ValueError, TypeError, MemoryError):
+        return None
 
 
 @handed

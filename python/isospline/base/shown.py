@@ -19,7 +19,7 @@ class Shown:
     __slots__ = ()
 
     def _repr_png_(self) -> bytes | None:
-        """The picture of the object if it is the last expression of a cell."""
+        """The picture of the object if it is the last expression of a cell; None if it has none."""
         return known("picture_in_cell")(self)
 
     def show(self, **options: Any) -> Viewer:

@@ -1,11 +1,13 @@
 """Objects in the cells of notebooks; the example notebooks run, and the viewer's cell works in a browser."""
 
+import contextlib
 import io
 import json
 import re
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import nbformat
@@ -13,10 +15,12 @@ import numpy as np
 import PIL.Image
 import pytest
 from browser import Page
+from IPython.core.formatters import DisplayFormatter
 from nbclient import NotebookClient
 
 import isospline
 from isospline import volumes
+from isospline.io import VolumeData
 from isospline.viewer.cell import display, still
 from isospline.viewer.widget import ViewerWidget
 
@@ -65,6 +69,25 @@ def test_an_empty_scene_has_a_picture():
 def test_a_constant_volume_has_a_picture():
     # All of it is at the level, and so in the solid, which is closed at the border.
     assert isospline.Volume(np.ones((4, 4, 4)))._repr_png_().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    "shown",
+    [
+        *(isospline.Volume(np.zeros((4, 4, 4)), degree=degree) for degree in (0, 4, 5)),
+        VolumeData(np.full((4, 4, 4), np.nan)),
+        VolumeData(np.zeros((4, 4))),
+        VolumeData(np.zeros((2, 4, 4, 4))),
+        VolumeData(np.zeros((4, 4, 4), complex)),
+    ],
+    ids=repr,
+)
+def test_what_has_no_picture_is_shown_by_its_text(shown):
+    # The oracle is the formatter of notebooks, which would print the error.
+    with warnings.catch_warnings(), contextlib.redirect_stderr(io.StringIO()) as errors:
+        warnings.simplefilter("error")
+        found, _ = DisplayFormatter().format(shown)
+    assert list(found) == ["text/plain"] and found["text/plain"] == repr(shown) and not errors.getvalue()
 
 
 CELL = """<!doctype html><link rel="icon" href="data:,"><body><div id="cell"></div><script type="module">
