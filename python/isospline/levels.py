@@ -107,7 +107,7 @@ def histogram(data):
     values : (N,) float64 array
     counts : (N,) int64 array
     """
-    data = np.atleast_2d(_core._as_array(data, "data"))
+    data = _core._as_array(data, "data")
     if data.size == 0:
         raise ValueError(f"data: expected samples, got none, shape {data.shape}")
     if data.dtype == bool:
@@ -119,16 +119,17 @@ def histogram(data):
     if lowest == highest:
         return np.array([float(lowest)]), np.array([data.size])
     # Slice by slice, so that no temporary array is as large as the volume.
+    slices = np.atleast_2d(data)
     if data.dtype.kind in "iu" and int(highest) - int(lowest) < COUNTED_RANGE:
         counts = np.zeros(int(highest) - int(lowest) + 1, np.int64)
         wide = data.dtype if data.dtype.kind == "u" else np.dtype(np.int64)  # holds the samples and their differences
-        for part in data:
+        for part in slices:
             places = np.ravel(part).astype(wide) - wide.type(lowest)
             counts += np.bincount(places.astype(np.int64), minlength=len(counts))
         values = np.arange(len(counts)) + float(lowest)
     else:
         counts, sums = np.zeros(BINS, np.int64), np.zeros(BINS)
-        for part in data:
+        for part in slices:
             place = BINS * share(np.ravel(part), lowest, highest)
             bins = np.minimum(place.astype(np.int64), BINS - 1)
             counts += np.bincount(bins, minlength=BINS)

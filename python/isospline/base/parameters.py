@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import numbers
 import os
+import sys
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -121,8 +122,16 @@ def unit_vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:
     return unit
 
 
-def refuse_masked(value: Any, parameter: str) -> None:
-    """Refuse masked values: NumPy would use the values under the mask as data."""
+def check_plain(value: Any, parameter: str) -> None:
+    """Refuse arrays with more than numbers: values under a mask would be data, and coordinates would be ignored."""
+    xarray = sys.modules.get("xarray")
+    if xarray is not None and isinstance(value, xarray.DataArray):
+        placed = [dim for dim in value.dims if not np.array_equal(value[dim], np.arange(value.sizes[dim]))]
+        if placed:
+            raise ValueError(
+                f"{parameter}: expected an array without coordinates, got some along {', '.join(map(str, placed))}; "
+                "Volume.from_xarray(array) keeps them, and array.data leaves them out"
+            )
     count = np.ma.count_masked(value) if isinstance(value, np.ma.MaskedArray) else 0
     if count:
         raise ValueError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from typing import Any
 
 import numpy as np
@@ -63,7 +64,14 @@ def to_volume(volume_type, data, parameter, options):
     for name in _PLACE:
         if name in options:
             raise TypeError(f"{name}: expected none, as {parameter} has it, got {options[name]!r}")
-    return volume_type(data.data, **{**data.frame, **options})
+    try:
+        return volume_type(data.data, **{**data.frame, **options})
+    except (ValueError, TypeError, MemoryError) as error:
+        if not str(error).startswith("data: "):
+            raise
+        text = str(error).removeprefix("data: ")
+        text = re.sub(r"data\[(\d+), (\d+), (\d+)\]", r"index (x, y, z) = (\3, \2, \1)", text)
+        raise type(error)(f"{parameter}: {text}") from error
 
 
 def to_mesh(mesh_type, arrays, parameter, options):

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from .. import _core
 from ..base.handed import known
-from ..base.parameters import describe_not_finite, refuse_masked
+from ..base.parameters import check_plain, describe_not_finite
 from ..base.shown import Shown
 from ..base.signatures import explained_methods
 from ..base.system import warn
@@ -70,7 +71,7 @@ class VolumeData(Shown):
     def __post_init__(self) -> None:
         if not hasattr(self.data, "dtype"):
             raise TypeError(f"data: expected an array, got {type(self.data).__name__}")
-        refuse_masked(self.data, "data")
+        check_plain(self.data, "data")
         if self.patient and not self.unit:
             object.__setattr__(self, "unit", "mm")
 
@@ -148,11 +149,12 @@ class VolumeData(Shown):
         ValueError, TypeError, MemoryError
             As `Volume` does.
         """
-        warn_of_labels(self.data)
+        samples = _core._as_array(self.data, "data")  # of Dask and xarray, once
+        warn_of_labels(samples)
         try:
-            return known("Volume")(self.data, **{**self.frame, **options})
+            return known("Volume")(samples, **{**self.frame, **options})
         except ValueError as error:
-            if found := describe_not_finite(self.data):
+            if found := describe_not_finite(samples):
                 hint = "read_volume(path, nan=VALUE) replaces those that are NaN"
                 raise ValueError(f"data: expected finite samples, got {found}; {hint}") from error
             raise

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.foreign import close_name
 from ..base.mistakes import refuse_images, sentence
-from ..base.parameters import refuse_masked
+from ..base.parameters import check_plain
 from ..colors import linear_to_srgb
 from ..io import VolumeData
 from ..looks import Material
@@ -146,7 +146,7 @@ def srgb(numbers: Any) -> NDArray[np.float64]:
 
 def as_labels(data: ArrayLike | VolumeData) -> VolumeData:
     """The labels that a caller gives, as integers; a copy if the caller could change them."""
-    refuse_masked(data, "data")
+    check_plain(data, "data")
     if not isinstance(data, VolumeData):
         refuse_images(data, "an array of labels")
         data = VolumeData(np.asarray(data))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ..base.parameters import check_plain
 from ..base.shown import Shown
 from .cells import VolumeCells
 from .public import attributes_of, from_state, public
@@ -33,7 +34,7 @@ class Volume(VolumeCells, VolumeConversions, Shown):
     ----------
     data : (nz, ny, nx) array, or (nx, ny, nz) for axes="xyz"
         Finite samples of any boolean, integer or floating type, memory order and byte order. They are read in place;
-        long double is converted to float64 first.
+        long double is converted to float64 first. An array of xarray with coordinates needs `from_xarray`.
     spacing : float or (3,) array_like, world units
         Distance between samples along x, y and z; one number for all three.
     origin : (3,) array_like, world units
@@ -72,8 +73,8 @@ class Volume(VolumeCells, VolumeConversions, Shown):
     TypeError
         For samples that are complex, objects or text.
     ValueError
-        For samples that are not three-dimensional, empty, or not finite (the message names the first index), and for
-        any other parameter out of range.
+        For samples that are not three-dimensional, empty, or not finite (the message names the first index), for an
+        array of xarray with coordinates, and for any other parameter out of range.
     MemoryError
         Raised at the beginning if the coefficients would not fit into memory.
 
@@ -115,6 +116,7 @@ class Volume(VolumeCells, VolumeConversions, Shown):
         patient: bool = False,
         progress: Progress = None,
     ) -> None:
+        check_plain(data, "data")
         super().__init__(
             data, spacing, origin, direction, degree, boundary, filter, smoothing, axes, unit, patient, progress
         )

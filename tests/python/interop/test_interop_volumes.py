@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import isospline
+from isospline.io import VolumeData
 
 nibabel = pytest.importorskip("nibabel")
 pyvista = pytest.importorskip("pyvista")
@@ -239,6 +240,26 @@ def test_xarray_of_other_dimensions_is_refused(data):
         make(xarray.Dataset())
 
 
+def test_arrays_of_xarray_and_dask_are_samples(data):
+    dask_array = pytest.importorskip("dask.array")
+    for array in (xarray.DataArray(data), dask_array.from_array(data, chunks=3)):
+        for volume in (isospline.Volume(array), VolumeData(array).to_volume()):
+            np.testing.assert_array_equal(volume.coefficients, isospline.Volume(data).coefficients)
+        assert isospline.render(VolumeData(array), size=(8, 8)) is not None
+
+
+def test_coordinates_of_xarray_are_not_ignored(data, tmp_path):
+    array = xarray.DataArray(data, {"z": 2.0 * np.arange(len(data))}, tuple("zyx"))
+    for use in (isospline.Volume, VolumeData, lambda each: isospline.Labels(each > 0)):
+        with pytest.raises(ValueError, match=r"^data: .* got some along z; Volume\.from_xarray\(array\) keeps them"):
+            use(array)
+    with pytest.raises(ValueError, match="^source: expected an array without coordinates"):
+        isospline.convert(array, tmp_path / "a.zarr")
+    indices = array.assign_coords(z=np.arange(len(data)))
+    for same in (array.data, indices):
+        np.testing.assert_array_equal(isospline.Volume(same).spacing, 1)
+
+
 # All of them
 
 
@@ -275,7 +296,9 @@ def test_other_objects_options_and_samples_are_refused(data, name):
         with pytest.raises(TypeError, match="expected none, as"):
             make(objects(data)[name], **option)
     data[1, 2, 3] = np.nan
-    with pytest.raises(ValueError, match="data: expected finite numbers"):
+    with pytest.raises(
+        ValueError, match=r"^(image|image_data|array): expected finite .* index \(x, y, z\) = \(3, 2, 1\)"
+    ):
         make(objects(data)[name])
 
 

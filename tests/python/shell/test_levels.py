@@ -96,8 +96,10 @@ def test_histogram_of_a_wide_range_keeps_the_mean(rng):
 def test_bad_input_is_refused():
     with pytest.raises(ValueError, match="data: expected samples"):
         suggest_levels([])
-    with pytest.raises(ValueError, match="finite"):
+    with pytest.raises(ValueError, match=r"finite .* at \[1\]$"):
         suggest_levels([0.0, np.nan])
+    with pytest.raises(ValueError, match=r"finite .* at \[0, 1, 2\]$"):
+        suggest_levels(np.where(np.arange(8) == 6, np.nan, 0.0).reshape(1, 2, 4))
     with pytest.raises(ValueError, match="finite"):
         suggest_levels([0.0, np.inf])
     with pytest.raises(TypeError, match="complex"):

@@ -339,6 +339,12 @@ def test_what_is_no_volume_is_refused(data, tmp_path):
         open_source(tmp_path / "flat.zarr", "zyx", READING)
     with pytest.raises(TypeError, match="source: expected a path, a VolumeData or an array"):
         isospline.convert(None, tmp_path / "a.zarr")
-    with pytest.raises(ValueError, match="expected real numbers"):
-        isospline.convert(data.astype(complex), tmp_path / "a.zarr")
+    for wrong, said in (
+        (data.astype(complex), "real numbers"),
+        (data[:0], "at least one sample along each axis"),
+        (isospline.io.VolumeData(data[:0]), "at least one sample along each axis"),
+        (data[0], "three dimensions"),
+    ):
+        with pytest.raises(ValueError, match=f"^source: expected {said}, got "):
+            isospline.convert(wrong, tmp_path / "a.zarr")
     assert not (tmp_path / "a.zarr").exists()

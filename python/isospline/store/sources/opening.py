@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...base.mistakes import sentence
-from ...base.parameters import check_path, printable, refuse_masked
+from ...base.parameters import check_path, check_plain, printable
+from ...interop import checks
 from ...io import VolumeData, metaimage, nifti, nrrd, read_volume, tiff
 from ...io.checks import check_file
 from ...io.read import check_used, errors_name
@@ -45,11 +46,13 @@ def open_source(given: Any, axes: str, reading: dict[str, Any]) -> Source:
     if isinstance(given, (str, os.PathLike)):
         return _of_path(given, axes, reading)
     if isinstance(given, VolumeData):
-        return _of_volume_data(given)
+        with checks.errors_name("source"):
+            return _of_volume_data(given)
     if not (hasattr(given, "shape") and hasattr(given, "dtype") and hasattr(given, "__getitem__")):
         raise TypeError(sentence("source", "a path, a VolumeData or an array with shape, dtype and slices", given))
-    refuse_masked(given, "source")
-    return _of_array(given, axes)
+    check_plain(given, "source")
+    with checks.errors_name("source"):
+        return _of_array(given, axes)
 
 
 def _of_path(given, axes, reading):
