@@ -253,7 +253,7 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
         colors = np.asarray(cmap(np.linspace(0, 1, 256)))
         if colors.ndim != 2 or colors.shape[1] not in (3, 4) or colors.dtype.kind not in "iuf":
             raise TypeError(f"cmap: expected a map that makes colours of numbers, got {type(cmap).__name__}")
-        return srgb_to_linear(colors[:, :3])
+        return srgb_to_linear(_checked(colors[:, :3]))
     numbers = _without_names(cmap, "cmap")
     try:
         colors = np.asarray(numbers, dtype=float)
@@ -261,6 +261,12 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
         raise TypeError(f"cmap: expected a name or an (N, 3) array of colours, got {type(cmap).__name__}") from None
     if colors.ndim != 2 or colors.shape[1] != 3:
         raise ValueError(f"cmap: expected a name or an (N, 3) array of colours, got shape {colors.shape}")
-    if (colors > 1).any():
-        raise ValueError(above_one("cmap", colors[(colors > 1).any(axis=1)][0]))
+    return _checked(colors)
+
+
+def _checked(colors: NDArray[Any]) -> NDArray[Any]:
+    """The colours of a map, if all their numbers are from 0 to 1."""
+    is_wrong = ~((colors >= 0) & (colors <= 1)).all(axis=1)
+    if is_wrong.any():
+        raise ValueError(above_one("cmap", [float(f"{part:.6g}") for part in colors[is_wrong][0]]))
     return colors

@@ -242,6 +242,17 @@ def test_threads_do_not_change_the_colors(camera):
     assert images[0] == images[1]
 
 
+@pytest.mark.parametrize("wrong", [-0.5, 1.5, np.nan, np.inf])
+def test_colors_of_maps_are_from_0_to_1(wrong):
+    for cmap in (
+        [(0, 0, wrong), (1, 1, 1)],
+        linear([(0, 0, wrong), (1, 1, 1)]),
+        lambda values: np.stack([values, values, np.full_like(values, wrong)], axis=1),
+    ):
+        with pytest.raises(ValueError, match=rf"^cmap: expected numbers from 0 to 1 .*, got \(0.0, 0.0, {wrong}\)"):
+            color_map(cmap)
+
+
 # Names
 
 
