@@ -302,6 +302,8 @@ def _clip(arguments):
     clip: list[isospline.HalfSpace | isospline.Box]
     clip = [isospline.HalfSpace(numbers[:3], numbers[3:]) for numbers in arguments.clip]
     clip += [isospline.Box(numbers[:3], numbers[3:]) for numbers in arguments.clip_box]
+    if not (arguments.capped or clip) and arguments.run is render:  # where it is the default
+        raise ValueError("--no-capped: expected --clip or --clip-box with it, got none")
     if arguments.capped and not (clip or arguments.closed) and arguments.run is not render:
         raise ValueError("--capped: expected --clip or --clip-box, or --closed for the volume's border, got none")
     return clip

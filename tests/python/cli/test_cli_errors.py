@@ -30,6 +30,7 @@ TRACED = ("--level", "0", "--light", "path-trace")
         ("invalid choice: 'paint'", ["paint"]),
         ("required: -o/--output", ["render", "ball.npy"]),
         ("--capped: expected --clip or --clip-box", ["mesh", "ball.npy", "-o", "a.stl", "--capped"]),
+        ("--no-capped: expected --clip or --clip-box with it", ["render", "ball.npy", "-o", "a.png", "--no-capped"]),
         ("--level: expected one level for a mesh, got 2", ["mesh", "ball.npy", "-o", "a.stl", "-l", "0", "-l", "1"]),
         ("nowhere: No such file or directory", ["render", "nowhere", "--frames", "-o", "pictures"]),
         ("'': No such file or directory", ["info", ""]),
