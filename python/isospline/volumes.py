@@ -195,7 +195,8 @@ def sphere(radius: float = 0.7) -> Field:
 def torus(major: float = 0.6, minor: float = 0.25) -> Field:
     r"""Torus around z, of the radii R (`major`) and r (`minor`): :math:`f = r^2 - (\sqrt{x^2 + y^2} - R)^2 - z^2`.
 
-    It is above 0 inside. On the axis, it has no gradient, which is NaN there.
+    It is above 0 inside. On the axis, it has no derivatives by x and y: both components of the gradient are NaN there,
+    and so are their derivatives.
     """
 
     def value(points):
@@ -204,7 +205,9 @@ def torus(major: float = 0.6, minor: float = 0.25) -> Field:
 
     def gradient(points):
         x, y, z = np.moveaxis(points, -1, 0)
-        radial = -2 * (1 - major / np.sqrt(x * x + y * y))
+        is_on_axis = (np.real(x) == 0) & (np.real(y) == 0)  # also one step of `hessian` away from it
+        distance = np.sqrt(np.where(is_on_axis, 1, x * x + y * y))
+        radial = np.where(is_on_axis, np.nan, -2 * (1 - major / distance))
         return np.stack([radial * x, radial * y, -2 * z], axis=-1)
 
     return Field(value, gradient, level=0.0)

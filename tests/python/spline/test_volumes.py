@@ -42,6 +42,14 @@ def test_marschner_lobb_is_smooth_on_its_axis():
     np.testing.assert_allclose(gradient, np.stack([0 * slopes, 0 * slopes, slopes], axis=-1), atol=1e-15)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_torus_has_no_derivatives_by_x_and_y_on_its_axis():
+    points = np.array([[0, 0, 0], [-0.0, 0, 0.3]])
+    field = volumes.torus()
+    np.testing.assert_array_equal(field.gradient(points), [[np.nan, np.nan, -2 * z] for _, _, z in points])
+    np.testing.assert_array_equal(field.hessian(points), [[[np.nan] * 3, [np.nan] * 3, [0, 0, -2]]] * 2)
+
+
 @pytest.mark.parametrize("name", FIELDS)
 def test_hessian_is_symmetric_and_the_derivative_of_the_gradient(name, rng):
     field = FIELDS[name]
