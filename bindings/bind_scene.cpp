@@ -145,12 +145,15 @@ py::array test_occlusions(Scene& scene, const py::object& rays, const py::object
         const auto kind = given.arrange(*snapshot, &SeenBy::shadow, coherent, part_of(report, 0.05, 0.1));
         given.for_each_chunk(part_of(report, 0.1, 1.0), [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind);
-            given.for_each_packet(begin, end, caster.width(),
-                                  [&](const RayPacket& packet, std::size_t first, const auto& places) {
-                                      const LaneMask occluded = caster.test_occlusions(packet, first);
-                                      for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i)
-                                          flags[places[i]] = (occluded >> i & 1u) != 0;
-                                  });
+            std::array<LaneMask, RayCaster::largest_batch> occluded;
+            given.for_each_batch(begin, end, caster.width(), caster.batch_size(),
+                                 [&](std::span<const RayPacket> packets, std::size_t first, const auto& places) {
+                                     caster.test_occlusions(packets, first, occluded);
+                                     for (std::size_t i = 0; i < packets.size(); ++i)
+                                         for (std::size_t lane = 0; lane < static_cast<std::size_t>(packets[i].count);
+                                              ++lane)
+                                             flags[places[i][lane]] = (occluded[i] >> lane & 1u) != 0;
+                                 });
         });
     });
     return result;

@@ -7,21 +7,26 @@
 namespace isospline {
 
 PacketStream::PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
-                           std::size_t index, std::span<PacketHits> hits, std::span<LaneMask> hit_lanes)
+                           std::size_t index, std::span<LaneMask> found)
     : frame_(frame), traversal_(traversal), instance_(*traversal.alone), object_(*instance_.object->with_stream()),
-      packets_(packets), index_(index), hits_(hits), hit_lanes_(hit_lanes)
+      packets_(packets), index_(index), found_(found)
 {
 }
 
-void PacketStream::cast()
+void PacketStream::cast(std::span<PacketHits> hits)
 {
-    object_.trace({this,
-                   [](void* self, int lane, LatticeRayPacket& rays) {
-                       return static_cast<PacketStream*>(self)->next(lane, rays);
-                   },
-                   [](void* self, int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell) {
-                       return static_cast<PacketStream*>(self)->record(lane, limits, root, cell);
-                   }});
+    hits_ = hits;
+    const auto record = [](void* self, int lane, const RayLimits& limits, const RootInCell& root,
+                           const glm::ivec3& cell) {
+        return static_cast<PacketStream*>(self)->record(lane, limits, root, cell);
+    };
+    object_.trace({.context = this, .next = &next_ray, .record = record});
+}
+
+void PacketStream::test_occlusions()
+{
+    const auto occlude = [](void* self, int lane) { static_cast<PacketStream*>(self)->set_found(lane); };
+    object_.trace({.context = this, .next = &next_ray, .record = nullptr, .occlude = occlude});
 }
 
 bool PacketStream::next(int lane, LatticeRayPacket& rays)
@@ -41,14 +46,15 @@ bool PacketStream::prepare_next_packet()
     if (begun_ == packets_.size())
         return false;
     const RayPacket& packet = packets_[begun_];
-    hit_lanes_[begun_] = 0;
+    found_[begun_] = 0;
     rest_ = prepare_packet(packet, index_, frame_, prepared_);
     index_ += static_cast<std::size_t>(packet.count);
     ++begun_;
     if (rest_ == 0)
         return true;
     to_lattice(prepared_, instance_.placement.centred_to_local, object_.cell_shape(), local_);
-    hits_[begun_ - 1].begin(local_.t_far);
+    if (!hits_.empty())
+        hits_[begun_ - 1].begin(local_.t_far);
     rest_ = object_.clip_rays(local_, rest_);
     return true;
 }
@@ -58,7 +64,7 @@ double PacketStream::record(int lane, const RayLimits& limits, const RootInCell&
     const Place& place = places_[lane];
     PacketHits& hits = hits_[place.packet];
     hits.record(place.lane, root, {traversal_.slot, false, object_.primitive_id(cell)}, limits);
-    hit_lanes_[place.packet] |= LaneMask{1} << place.lane;
+    set_found(lane);
     return hits.t_limit[place.lane];
 }
 

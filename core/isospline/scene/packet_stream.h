@@ -11,19 +11,26 @@
 
 namespace isospline {
 
-/// The rays of packets as a stream, and their nearest hits.
+/// The rays of packets as a stream, and what is found of them.
 class PacketStream {
 public:
-    /// `index` is the number of the first ray. `hits` and `hit_lanes` are those of each packet.
+    /// `index` is the number of the first ray. `found` are the lanes of each packet that hit.
     PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
-                 std::size_t index, std::span<PacketHits> hits, std::span<LaneMask> hit_lanes);
+                 std::size_t index, std::span<LaneMask> found);
 
-    /// Finds the hits, and the lanes that have one.
-    void cast();
+    /// Finds the nearest hits of each packet.
+    void cast(std::span<PacketHits> hits);
+    /// Finds only which rays hit.
+    void test_occlusions();
 
 private:
+    static bool next_ray(void* self, int lane, LatticeRayPacket& rays)
+    {
+        return static_cast<PacketStream*>(self)->next(lane, rays);
+    }
     bool next(int lane, LatticeRayPacket& rays);
     double record(int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
+    void set_found(int lane) { found_[places_[lane].packet] |= LaneMask{1} << places_[lane].lane; }
     bool prepare_next_packet();
 
     /// The packet and the lane of a ray that is under way.
@@ -38,10 +45,10 @@ private:
     const IsosurfaceObject& object_;
     std::span<const RayPacket> packets_;
     std::size_t index_;
-    std::span<PacketHits> hits_;
-    std::span<LaneMask> hit_lanes_;
-    std::size_t begun_ = 0; ///< packets of which rays have been taken
-    LaneMask rest_ = 0;     ///< rays of the last one of them that have not been taken
+    std::span<LaneMask> found_;
+    std::span<PacketHits> hits_; ///< empty for occlusions
+    std::size_t begun_ = 0;      ///< packets of which rays have been taken
+    LaneMask rest_ = 0;          ///< rays of the last one of them that have not been taken
     PreparedPacket prepared_;
     LatticeRayPacket local_;
     Place places_[packet_capacity];

@@ -103,7 +103,7 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
                                   std::span<LaneMask> hit_lanes)
 {
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
-    PacketStream(scene.frame, seen, packets, index, stream_hits, hit_lanes).cast();
+    PacketStream(scene.frame, seen, packets, index, hit_lanes).cast(stream_hits);
     for (std::size_t i = 0; i < packets.size(); ++i)
         set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i, width()));
 }
@@ -126,7 +126,7 @@ int RayCaster::width() const
 
 std::size_t RayCaster::batch_size() const
 {
-    return impl_->has_stream() ? largest_batch : 1;
+    return Impl::has_stream(impl_->seen) || Impl::has_stream(impl_->shadow) ? largest_batch : 1;
 }
 
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
@@ -139,12 +139,11 @@ LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit
 void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes)
 {
-    if (hit_lanes.size() < packets.size())
-        throw_invalid("hit_lanes", "one for each of " + std::to_string(packets.size()) + " packets", hit_lanes.size());
+    check_lanes("hit_lanes", packets, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i)
         check_packet(packets[i], width(), hits_of_packet(hits, i, width()).size());
     impl_->ray_count += ray_count(packets);
-    if (impl_->has_stream() && impl_->prefers_stream(packets))
+    if (impl_->prefers_stream(impl_->seen, impl_->sees, packets))
         return impl_->cast_stream(packets, index, hits, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i) {
         hit_lanes[i] = impl_->packet_size == 0

@@ -61,6 +61,12 @@ public:
     /// The lanes whose rays cross any object that test_occlusions() of the snapshot sees. Throws like cast().
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
 
+    /// The same for several packets.
+    void test_occlusions(std::span<const RayPacket> packets, std::size_t index, std::span<LaneMask> occluded);
+
+    /// The same for any number of rays: 1 if a ray is occluded, otherwise 0.
+    void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded);
+
     /// The part of the light that is left at the end of each ray of a packet, as in attenuate_rays() of the snapshot.
     /// For coherent rays alone. Throws like cast().
     void attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,

@@ -25,6 +25,13 @@ inline void check_packet(const RayPacket& rays, int width, std::size_t hits)
         throw_invalid("hits", "one for each of " + std::to_string(rays.count) + " rays", hits);
 }
 
+/// Throws std::invalid_argument unless there is a mask of lanes for each packet.
+inline void check_lanes(const char* parameter, std::span<const RayPacket> packets, std::span<const LaneMask> lanes)
+{
+    if (lanes.size() < packets.size())
+        throw_invalid(parameter, "one for each of " + std::to_string(packets.size()) + " packets", lanes.size());
+}
+
 /// Flags of lanes for Embree.
 template <int Size>
 struct ValidLanes {
@@ -114,12 +121,15 @@ struct RayCaster::Impl {
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     /// The largest number of rays in a packet.
     int width() const { return packet_size == 0 ? RayPacket::capacity : packet_size; }
-    /// Whether all that the rays of cast() see can trace rays in a stream.
-    bool has_stream() const { return seen.alone != nullptr && seen.alone->object->with_stream() != nullptr; }
-    /// Whether a stream is the fastest way for packets.
-    bool prefers_stream(std::span<const RayPacket> packets) const
+    /// Whether all that rays see can trace rays in a stream.
+    static bool has_stream(const Traversal& traversal)
     {
-        return packet_size == 0 || !scene.coherence(sees).suit_packets(packets);
+        return traversal.alone != nullptr && traversal.alone->object->with_stream() != nullptr;
+    }
+    /// Whether there is a stream, and it is the fastest way for packets. The rays meet what SeenBy::* says.
+    bool prefers_stream(const Traversal& traversal, bool SeenBy::*meets, std::span<const RayPacket> packets) const
+    {
+        return has_stream(traversal) && (packet_size == 0 || !scene.coherence(meets).suit_packets(packets));
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);

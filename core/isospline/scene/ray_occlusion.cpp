@@ -1,4 +1,5 @@
 // Shadow rays: whether they are occluded, and how much light is left.
+#include "isospline/scene/packet_stream.h"
 #include "isospline/scene/ray_caster_impl.h"
 
 #include <bit>
@@ -139,11 +140,38 @@ void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std:
 
 LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
 {
-    check_packet(rays, width(), RayPacket::capacity);
-    impl_->ray_count += static_cast<unsigned int>(rays.count);
-    if (impl_->packet_size == 0)
-        return impl_->test_singles(rays, index);
-    return dispatch_packet_size(impl_->packet_size, [&](auto size) { return impl_->test_packet<size>(rays, index); });
+    LaneMask occluded;
+    test_occlusions({&rays, 1}, index, {&occluded, 1});
+    return occluded;
+}
+
+void RayCaster::test_occlusions(std::span<const RayPacket> packets, std::size_t index, std::span<LaneMask> occluded)
+{
+    check_lanes("occluded", packets, occluded);
+    for (const RayPacket& rays : packets)
+        check_packet(rays, width(), RayPacket::capacity);
+    impl_->ray_count += ray_count(packets);
+    if (impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets))
+        return PacketStream(impl_->scene.frame, impl_->shadow, packets, index, occluded).test_occlusions();
+    for (std::size_t i = 0; i < packets.size(); ++i) {
+        occluded[i] = impl_->packet_size == 0 ? impl_->test_singles(packets[i], index)
+                                              : dispatch_packet_size(impl_->packet_size, [&](auto size) {
+                                                    return impl_->test_packet<size>(packets[i], index);
+                                                });
+        index += static_cast<std::size_t>(packets[i].count);
+    }
+}
+
+void RayCaster::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded)
+{
+    check_one_per_ray("occluded", rays.size(), occluded.size());
+    LaneMask lanes[largest_batch];
+    for_each_batch(rays, width(), batch_size(), [&](std::span<const RayPacket> packets, std::size_t first) {
+        test_occlusions(packets, first, lanes);
+        for (std::size_t i = 0; i < packets.size(); ++i)
+            for (int lane = 0; lane < packets[i].count; ++lane)
+                occluded[first++] = lanes[i] >> lane & 1u;
+    });
 }
 
 void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
@@ -180,13 +208,8 @@ void RayCaster::list(std::span<const Ray> rays, std::vector<Crossing>& crossings
 
 void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded, bool coherent) const
 {
-    check_one_per_ray("occluded", rays.size(), occluded.size());
-    RayCaster caster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent);
-    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
-        const LaneMask lanes = caster.test_occlusions(packet, first);
-        for (int lane = 0; lane < packet.count; ++lane)
-            occluded[first + static_cast<std::size_t>(lane)] = lanes >> lane & 1u;
-    });
+    RayCaster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent)
+        .test_occlusions(rays, occluded);
 }
 
 void SceneSnapshot::attenuate_rays(std::span<const Ray> rays, const Absorption& absorption,

@@ -268,6 +268,22 @@ private:
             const glm::ivec3 lower = leaves_[walk.leaf].first_cell() + child_position(walk.cell);
             copy_to_lane<Degree>(coefficients_of(walk), lower, lane, cells_);
         }
+        if (stream_.occlude != nullptr)
+            end_occluded();
+        else
+            record_roots();
+        for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u) {
+            const int lane = lowest_lane(rest);
+            Walk& walk = walks_[lane];
+            if (walk.cells != 0)
+                go_to_cell(walk, lane);
+            else
+                go_on(walk, lane);
+        }
+    }
+
+    HWY_INLINE void record_roots()
+    {
         RootPacket roots;
         const LaneMask found = intersector_.first_roots(cells_, leaves_.threshold(), rays_, t_limit_, roots);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
@@ -276,13 +292,15 @@ private:
                 stream_.record(stream_.context, lane, rays_.limits[lane], roots.root(lane), cells_.lower_of(lane));
             end_at(walks_[lane], end_single(t_limit_[lane]));
         }
-        for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u) {
+    }
+
+    HWY_INLINE void end_occluded()
+    {
+        for (LaneMask rest = intersector_.any_roots(cells_, leaves_.threshold(), rays_); rest != 0; rest &= rest - 1u) {
             const int lane = lowest_lane(rest);
-            Walk& walk = walks_[lane];
-            if (walk.cells != 0)
-                go_to_cell(walk, lane);
-            else
-                go_on(walk, lane);
+            stream_.occlude(stream_.context, lane);
+            walks_[lane].cells = 0;
+            walks_[lane].stack.size = Stack::bottom;
         }
     }
 

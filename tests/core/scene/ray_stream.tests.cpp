@@ -208,18 +208,27 @@ TEST_CASE("a stream takes any number of rays, and names a bad one", "[scene]")
     std::vector<Ray> rays = rays_through(*volume, glm::dmat4(1.0), 600);
     std::vector<Hit> all(rays.size());
     draft->cast_rays(rays, all, true);
+    std::vector<std::uint8_t> all_occluded(rays.size());
+    draft->test_occlusions(rays, all_occluded, true);
     for (const std::size_t count : {0u, 1u, 15u, 16u, 17u, 255u, 256u, 257u, 600u}) {
         std::vector<Hit> hits(count);
         scene->cast_rays(std::span(rays).first(count), hits, false);
         REQUIRE(std::equal(hits.begin(), hits.end(), all.begin(), is_same));
+        std::vector<std::uint8_t> occluded(count, 2);
+        scene->test_occlusions(std::span(rays).first(count), occluded, false);
+        REQUIRE(std::equal(occluded.begin(), occluded.end(), all_occluded.begin()));
     }
     rays[321].origin.y = std::numeric_limits<double>::quiet_NaN();
-    try {
-        scene->cast_rays(rays, all, false);
-        FAIL("a ray that is not finite was cast");
-    } catch (const std::invalid_argument& error) {
-        REQUIRE(std::string(error.what()).find("ray 321") != std::string::npos);
-    }
+    const auto require_named = [](const auto& query) {
+        try {
+            query();
+            FAIL("a ray that is not finite was traced");
+        } catch (const std::invalid_argument& error) {
+            REQUIRE(std::string(error.what()).find("ray 321") != std::string::npos);
+        }
+    };
+    require_named([&, &scene = scene] { scene->cast_rays(rays, all, false); });
+    require_named([&, &scene = scene] { scene->test_occlusions(rays, all_occluded, false); });
     RayCaster caster(*scene, RayCaster::Rays::incoherent);
     RayPacket packets[2];
     packets[0].count = packets[1].count = 16;
@@ -228,10 +237,14 @@ TEST_CASE("a stream takes any number of rays, and names a bad one", "[scene]")
     REQUIRE_THROWS_AS(caster.cast(packets, 0, too_few, lanes), std::invalid_argument);
     std::vector<Hit> hits(32);
     REQUIRE_THROWS_AS(caster.cast(packets, 0, hits, std::span(lanes, 1)), std::invalid_argument);
+    REQUIRE_THROWS_AS(caster.test_occlusions(packets, 0, std::span(lanes, 1)), std::invalid_argument);
     packets[0].count = packets[1].count = 0;
     for (const auto kind : {RayCaster::Rays::incoherent, RayCaster::Rays::coherent}) {
         lanes[0] = lanes[1] = 1;
         RayCaster(*scene, kind).cast(packets, 0, {}, lanes);
+        REQUIRE(lanes[0] + lanes[1] == 0);
+        lanes[0] = lanes[1] = 1;
+        RayCaster(*scene, kind).test_occlusions(packets, 0, lanes);
         REQUIRE(lanes[0] + lanes[1] == 0);
     }
 }
