@@ -233,6 +233,14 @@ std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, Ra
     return most;
 }
 
+/// The normal on the side that is seen. Where the gradient is zero, there is no normal: it is the way to the viewer.
+glm::dvec3 side_seen(const glm::dvec3& normal, const glm::dvec3& to_viewer)
+{
+    if (normal == glm::dvec3(0.0))
+        return to_viewer;
+    return glm::dot(normal, to_viewer) < 0.0 ? -normal : normal;
+}
+
 void add_rays_to_sky(const SceneSnapshot& scene, RayBatch& batch, const SurfacesAlongRay& along, ShadowRays kind,
                      std::vector<Receiver>& receivers, ShadowRayGroups& groups)
 {
@@ -240,7 +248,7 @@ void add_rays_to_sky(const SceneSnapshot& scene, RayBatch& batch, const Surfaces
     std::size_t most = 1;
     const auto rays_from = [&](const Surface& surface) {
         const Hit& hit = batch.hits[surface.hit];
-        const glm::dvec3 up = glm::dot(hit.normal, along.to_viewer) < 0.0 ? -hit.normal : hit.normal;
+        const glm::dvec3 up = side_seen(hit.normal, along.to_viewer);
         return [origin = batch.origin(scene, surface.hit, up), frame = Frame(up),
                 distance = std::get<AmbientOcclusion>(*surface.shading).distance](const glm::dvec2& point) {
             return Ray{origin, frame.to_world(cosine_direction(point)), 0.0, distance};

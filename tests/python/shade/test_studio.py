@@ -292,3 +292,15 @@ def test_places_far_from_the_origin_look_the_same():
             isospline.render(surface, camera, size=(80, 60), light=isospline.Studio()).to_srgb().astype(int)
         )
     assert np.abs(pictures[1] - pictures[0]).max() <= 1
+
+
+@pytest.mark.parametrize("light", [FEW, isospline.AmbientOcclusion(4)], ids=["studio", "sky"])
+def test_hits_without_a_normal_are_shaded(light):
+    # At a level that is the value of a whole region, the gradient of some hits is zero.
+    data = np.zeros((20, 20, 20))
+    data[8:12, 8:12, 8:12] = 1
+    scene = isospline.Scene([isospline.Isosurface(isospline.Volume(data), 0)])
+    camera = isospline.camera_for(scene)
+    hits = scene.cast_rays(camera.rays((200, 200)))
+    assert (np.isfinite(hits["t_hit"]) & ~hits["primitive_normals"].any(axis=-1)).any()
+    assert np.isfinite(isospline.render(scene, camera, size=(200, 200), light=light).color).all()
