@@ -70,7 +70,8 @@ Box placed_domain(const LocalSpace& local, const glm::dmat4& transform)
     return transform_box(transform * local.to_object, local.domain);
 }
 
-Placement placed(const LocalSpace& local, const glm::dmat4& transform, const RayFrame& frame, std::uint32_t id)
+Placement placed(const LocalSpace& local, const glm::dmat4& transform, const RayFrame& frame, double ray_radius,
+                 std::uint32_t id)
 {
     const glm::dmat4 local_to_world = transform * local.to_object;
     Placement placed;
@@ -78,7 +79,7 @@ Placement placed(const LocalSpace& local, const glm::dmat4& transform, const Ray
     placed.linear_inverse = glm::inverse(glm::dmat3(transform));
     placed.world_to_local = glm::inverse(local_to_world);
     placed.centred_to_local = centred_to_local(local_to_world, frame);
-    placed.rounding_error = traversal_rounding_error(frame.radius, placed.centred_to_local);
+    placed.rounding_error = traversal_rounding_error(ray_radius, placed.centred_to_local);
 
     const std::string of_object = " for geometry id " + std::to_string(id);
     if (!(frame.radius <= largest_length))

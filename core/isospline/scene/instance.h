@@ -18,8 +18,10 @@ Box placed_bounds(const Object& object, const glm::dmat4& transform);
 /// A box that contains the object's boxes at all levels.
 Box placed_domain(const LocalSpace& local, const glm::dmat4& transform);
 
-/// The placement of an object in a scene. Throws std::invalid_argument if single precision cannot represent rays there.
-Placement placed(const LocalSpace& local, const glm::dmat4& transform, const RayFrame& frame, std::uint32_t id);
+/// The placement of an object in a scene whose frame contains all objects. `ray_radius` is that of the frames of the
+/// rays that see the object. Throws std::invalid_argument if single precision cannot represent rays there.
+Placement placed(const LocalSpace& local, const glm::dmat4& transform, const RayFrame& frame, double ray_radius,
+                 std::uint32_t id);
 
 /// A part of one scene snapshot, or of several consecutive ones. It never changes.
 struct Instance {

@@ -70,17 +70,17 @@ Crossing complete(const RawCrossing& raw, const Instance& instance, const Ray& r
 
 } // namespace
 
-void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
+void SceneSnapshot::Impl::list(bool SeenBy::*sees, const Ray& ray, std::size_t index, RayQuery& query,
                                std::vector<ListedCrossing>& crossings) const
 {
     crossings.clear();
-    if (!prepare(ray, index, frame, query.prepared))
+    if (!prepare(ray, index, frame_of(sees), query.prepared))
         return;
     query.all->clear();
     query.begin(ray);
     RTCRayHit ray_hit;
     set_ray(query.prepared.ray, ray_hit);
-    embree::intersect(top, query, ray_hit);
+    embree::intersect(top(sees), query, ray_hit);
     query.rethrow();
     list(ray, query.prepared, *query.all, query.chords, crossings);
 }
@@ -145,7 +145,7 @@ void SceneSnapshot::list_intersections(std::span<const Ray> rays, std::vector<Cr
     query.all = &raw;
     std::vector<ListedCrossing> of_ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        impl_->list(impl_->camera_top.get(), rays[i], i, query, of_ray);
+        impl_->list(&SeenBy::camera, rays[i], i, query, of_ray);
         append_list(of_ray, crossings, counts[i]);
     }
 }

@@ -6,10 +6,10 @@
 
 namespace isospline {
 
-PacketStream::PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
-                           std::size_t index, std::span<LaneMask> found)
-    : frame_(frame), traversal_(traversal), instance_(*traversal.alone), object_(*instance_.object->with_stream()),
-      packets_(packets), index_(index), found_(found)
+PacketStream::PacketStream(const Traversal& traversal, std::span<const RayPacket> packets, std::size_t index,
+                           std::span<LaneMask> found)
+    : traversal_(traversal), instance_(*traversal.alone), object_(*instance_.object->with_stream()), packets_(packets),
+      index_(index), found_(found)
 {
 }
 
@@ -47,7 +47,7 @@ bool PacketStream::prepare_next_packet()
         return false;
     const RayPacket& packet = packets_[begun_];
     found_[begun_] = 0;
-    rest_ = prepare_packet(packet, index_, frame_, prepared_);
+    rest_ = prepare_packet(packet, index_, traversal_.frame, prepared_);
     index_ += static_cast<std::size_t>(packet.count);
     ++begun_;
     if (rest_ == 0)

@@ -15,8 +15,8 @@ namespace isospline {
 class PacketStream {
 public:
     /// `index` is the number of the first ray. `found` are the lanes of each packet that hit.
-    PacketStream(const RayFrame& frame, const Traversal& traversal, std::span<const RayPacket> packets,
-                 std::size_t index, std::span<LaneMask> found);
+    PacketStream(const Traversal& traversal, std::span<const RayPacket> packets, std::size_t index,
+                 std::span<LaneMask> found);
 
     /// Finds the nearest hits of each packet.
     void cast(std::span<PacketHits> hits);
@@ -39,7 +39,6 @@ private:
         int lane;
     };
 
-    const RayFrame& frame_;
     const Traversal& traversal_;
     const Instance& instance_;
     const IsosurfaceObject& object_;

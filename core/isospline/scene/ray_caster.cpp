@@ -28,7 +28,7 @@ void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHits* in_meshes, s
 
 LaneMask RayCaster::Impl::prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal)
 {
-    const LaneMask used = prepare_packet(rays, index, scene.frame, prepared);
+    const LaneMask used = prepare_packet(rays, index, traversal.frame, prepared);
     if (const Instance* const alone = traversal.alone; alone != nullptr && used != 0)
         to_lattice(prepared, alone->placement.centred_to_local, alone->object->cell_shape(), local);
     return used;
@@ -103,7 +103,7 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
                                   std::span<LaneMask> hit_lanes)
 {
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
-    PacketStream(scene.frame, seen, packets, index, hit_lanes).cast(stream_hits);
+    PacketStream(seen, packets, index, hit_lanes).cast(stream_hits);
     for (std::size_t i = 0; i < packets.size(); ++i)
         set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i, width()));
 }

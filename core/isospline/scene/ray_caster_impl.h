@@ -166,7 +166,8 @@ struct RayCaster::Impl {
     LaneMask find_visible(const RayPacket& rays, std::size_t index, const Absorption& absorption);
 
     /// Lists the crossings of one ray.
-    void list_single(RTCScene top, const Ray& ray, std::size_t index, std::vector<ListedCrossing>& crossings) const;
+    void list_single(bool SeenBy::*meets, const Ray& ray, std::size_t index,
+                     std::vector<ListedCrossing>& crossings) const;
     /// The depth of all crossings of a ray with what shadow rays see.
     Absorption::Depth listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const;
 
@@ -189,7 +190,7 @@ template <int Size, class Packet, class EmbreeRays>
 LaneMask RayCaster::Impl::begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
                                 EmbreeRays& ready) const
 {
-    const LaneMask used = prepare_packet(rays, index, scene.frame, packet.prepared);
+    const LaneMask used = prepare_packet(rays, index, traversal.frame, packet.prepared);
     if (used == 0)
         return 0;
     packet.begin(rays, used);

@@ -79,19 +79,19 @@ void RayCaster::Impl::attenuate_packet(const RayPacket& rays, std::size_t index,
     }
 }
 
-void RayCaster::Impl::list_single(RTCScene top, const Ray& ray, std::size_t index,
+void RayCaster::Impl::list_single(bool SeenBy::*meets, const Ray& ray, std::size_t index,
                                   std::vector<ListedCrossing>& crossings) const
 {
     RayQuery of_all(scene.instances);
     std::vector<RawCrossing> raw;
     of_all.all = &raw;
-    scene.list(top, ray, index, of_all, crossings);
+    scene.list(meets, ray, index, of_all, crossings);
 }
 
 Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const
 {
     std::vector<ListedCrossing> crossings;
-    list_single(scene.top(&SeenBy::shadow), ray, index, crossings);
+    list_single(&SeenBy::shadow, ray, index, crossings);
     Absorption::Depth depth = 0;
     for (const ListedCrossing& listed : crossings)
         depth = std::min(depth + absorption.depth(listed.crossing.hit, ray), Absorption::darkness);
@@ -131,7 +131,7 @@ void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std:
         const Ray ray = rays.ray(lane);
         const bool is_used = (used >> lane & 1u) != 0;
         if (is_used && absorption != nullptr && !std::ranges::all_of(chords, is_certain))
-            list_single(scene.top(sees), ray, index + static_cast<std::size_t>(lane), of_ray);
+            list_single(sees, ray, index + static_cast<std::size_t>(lane), of_ray);
         else if (is_used)
             scene.list(ray, packet_occlusion->prepared[lane], all.of_ray[lane], chords, of_ray);
         append_list(of_ray, crossings, counts[static_cast<std::size_t>(lane)]);
@@ -152,7 +152,7 @@ void RayCaster::test_occlusions(std::span<const RayPacket> packets, std::size_t 
         check_packet(rays, width(), RayPacket::capacity);
     impl_->ray_count += ray_count(packets);
     if (impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets))
-        return PacketStream(impl_->scene.frame, impl_->shadow, packets, index, occluded).test_occlusions();
+        return PacketStream(impl_->shadow, packets, index, occluded).test_occlusions();
     for (std::size_t i = 0; i < packets.size(); ++i) {
         occluded[i] = impl_->packet_size == 0 ? impl_->test_singles(packets[i], index)
                                               : dispatch_packet_size(impl_->packet_size, [&](auto size) {

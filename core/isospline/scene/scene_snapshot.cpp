@@ -35,8 +35,9 @@ Traversal SceneSnapshot::Impl::traversal(bool SeenBy::*sees) const
     const auto is_seen = [sees](const auto& instance) { return instance->shown.seen_by.*sees; };
     const auto only = std::find_if(instances.begin(), instances.end(), is_seen);
     if (only == instances.end() || std::find_if(only + 1, instances.end(), is_seen) != instances.end())
-        return {top(sees), nullptr, 0};
-    return {(*only)->object->scene(), only->get(), static_cast<std::uint32_t>(only - instances.begin())};
+        return {top(sees), nullptr, 0, frame_of(sees)};
+    return {(*only)->object->scene(), only->get(), static_cast<std::uint32_t>(only - instances.begin()),
+            frame_of(sees)};
 }
 
 SceneSnapshot::SceneSnapshot(std::unique_ptr<const Impl> impl) : impl_(std::move(impl))

@@ -41,6 +41,7 @@ struct Traversal {
     RTCScene scene;
     const Instance* alone; ///< the only instance, or null
     std::uint32_t slot;    ///< of that instance
+    const RayFrame& frame; ///< of the rays
 };
 
 /// A query uses one of two Embree scenes of all instances. They are the same if all rays see the same objects.
@@ -50,8 +51,8 @@ struct SceneSnapshot::Impl {
     /// The same; if there is none, throws std::invalid_argument that names the parameter.
     const Instance& instance(std::uint32_t id, const char* parameter) const;
 
-    /// All crossings of a ray with the objects of an Embree scene.
-    void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
+    /// All crossings of a ray with the objects that it meets, as SeenBy::camera or SeenBy::shadow says.
+    void list(bool SeenBy::*sees, const Ray& ray, std::size_t index, RayQuery& query,
               std::vector<ListedCrossing>& crossings) const;
     /// The list of crossings in the order in which the ray meets them, from those in no order.
     void list(const Ray& ray, const PreparedRay& prepared, std::vector<RawCrossing>& raw,
@@ -64,9 +65,10 @@ struct SceneSnapshot::Impl {
     std::vector<SurfaceAtLevel> surfaces;                   ///< each once
     embree::SceneHandle camera_top;                         ///< of what the camera sees
     embree::SceneHandle own_shadow_top;                     ///< null if shadow rays see the same as the camera
-    RayFrame frame;            ///< of all objects at all levels, so that rays do not depend on levels
-    std::uint64_t version = 0; ///< of the scene's edits
-    std::uint32_t next_id = 0; ///< above all ids used so far
+    RayFrame frame;                      ///< of all objects at all levels, so that rays do not depend on levels
+    RayFrame camera_frame, shadow_frame; ///< of rays that meet a part of them, about the same centre
+    std::uint64_t version = 0;           ///< of the scene's edits
+    std::uint32_t next_id = 0;           ///< above all ids used so far
     std::uint64_t build_count = 0;
     std::vector<std::shared_ptr<const Object>> objects; ///< of the instances, each once
     bool reads_sources = false;                         ///< whether coefficients of a surface are not in memory
@@ -83,6 +85,8 @@ struct SceneSnapshot::Impl {
     {
         return sees == &SeenBy::shadow && own_shadow_top ? own_shadow_top.get() : camera_top.get();
     }
+    /// The frame of such rays.
+    const RayFrame& frame_of(bool SeenBy::*sees) const { return sees == &SeenBy::shadow ? shadow_frame : camera_frame; }
     Traversal traversal(bool SeenBy::*sees) const;
 };
 

@@ -48,8 +48,23 @@ std::shared_ptr<Object> make_object(const ShownObject& shown)
 
 void check_alone(const LocalSpace& local, const glm::dmat4& transform, std::uint32_t id)
 {
-    static_cast<void>(placed(local, transform, RayFrame(placed_domain(local, transform)), id));
+    const RayFrame frame(placed_domain(local, transform));
+    static_cast<void>(placed(local, transform, frame, frame.radius, id));
 }
+
+namespace {
+
+/// The frame of rays that meet the objects in a box. It is that of all objects, so that all rays are rounded in the
+/// same way, unless that is much larger: the boxes of an isosurface would be wider for the sake of a ground that its
+/// shadow rays do not meet, and could not be those of a scene without the ground.
+RayFrame frame_for(const Box& met, const RayFrame& all)
+{
+    constexpr double much = 4.0;
+    const RayFrame own(met, all.centre);
+    return all.radius > much * own.radius ? own : all;
+}
+
+} // namespace
 
 std::unique_ptr<SceneSnapshot::Impl> SnapshotBuilder::build(const Progress& progress)
 {
@@ -96,13 +111,23 @@ void SnapshotBuilder::plan_instances()
 
 void SnapshotBuilder::place_instances()
 {
-    Box domain;
-    for (const Plan& plan : plans_)
-        domain.extend(placed_domain(plan.shape->object->local(), plan.shown.transform));
-    next_->frame = RayFrame(domain);
+    Box all, of_camera, of_shadow;
+    for (const Plan& plan : plans_) {
+        const Box domain = placed_domain(plan.shape->object->local(), plan.shown.transform);
+        all.extend(domain);
+        if (plan.shown.seen_by.camera)
+            of_camera.extend(domain);
+        if (plan.shown.seen_by.shadow)
+            of_shadow.extend(domain);
+    }
+    next_->frame = RayFrame(all);
+    next_->camera_frame = frame_for(of_camera, next_->frame);
+    next_->shadow_frame = frame_for(of_shadow, next_->frame);
     for (Plan& plan : plans_) {
         Shape& shape = *plan.shape;
-        plan.placement = placed(shape.object->local(), plan.shown.transform, next_->frame, plan.id);
+        const double ray_radius = std::max(plan.shown.seen_by.camera ? next_->camera_frame.radius : 0.0,
+                                           plan.shown.seen_by.shadow ? next_->shadow_frame.radius : 0.0);
+        plan.placement = placed(shape.object->local(), plan.shown.transform, next_->frame, ray_radius, plan.id);
         shape.largest_error = std::max(shape.largest_error, plan.placement.rounding_error);
     }
 }

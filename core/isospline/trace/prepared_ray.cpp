@@ -216,14 +216,13 @@ namespace isospline {
 HWY_EXPORT(PreparePacket);
 HWY_EXPORT(ToLattice);
 
-RayFrame::RayFrame(const Box& bounds)
+RayFrame::RayFrame(const Box& bounds, const glm::dvec3& about) : centre(about)
 {
     if (bounds.empty())
         return;
-    centre = bounds.center();
-    radius = 0.5 * glm::length(bounds.size());
-    const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
-    box = {-half_size, half_size};
+    const glm::dvec3 lower = bounds.lower - centre, upper = bounds.upper - centre;
+    radius = glm::length(glm::max(glm::abs(lower), glm::abs(upper)));
+    box = {lower - 1e-3 * radius, upper + 1e-3 * radius};
 }
 
 glm::dmat4 centred_to_local(const glm::dmat4& local_to_world, const RayFrame& frame)

@@ -19,11 +19,13 @@ namespace isospline {
 struct RayFrame {
     RayFrame() = default;
     /// For objects in this box in world space.
-    explicit RayFrame(const Box& bounds);
+    explicit RayFrame(const Box& bounds) : RayFrame(bounds, bounds.empty() ? glm::dvec3(0.0) : bounds.center()) {}
+    /// The same about a centre that need not be that of the box.
+    RayFrame(const Box& bounds, const glm::dvec3& about);
 
     glm::dvec3 centre{0.0};
     Box box;             ///< a little larger than the bounds, relative to the centre; empty if these are
-    double radius = 0.0; ///< of the bounds
+    double radius = 0.0; ///< of the bounds, from the centre
 };
 
 /// The map from the space of prepared rays to an object's space, given the map from there to world space.

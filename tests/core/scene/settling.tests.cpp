@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <thread>
@@ -123,6 +124,37 @@ TEST_CASE("an index is settled in the background, and a new level drops it", "[s
     REQUIRE(!scene.is_settled());
     REQUIRE(is_settled_by_rays(scene, rays));
     require_same(*next, *scene.snapshot(), rays);
+}
+
+TEST_CASE("shadow rays do not depend on a large ground that they do not meet", "[scene]")
+{
+    const auto volume = noise_volume(glm::ivec3(24), 2);
+    const auto surface = std::make_shared<Isosurface>(volume, 0.4);
+    Scene scene, with_ground;
+    scene.add(surface);
+    const auto alone = scene.settle();
+    with_ground.share_built_objects(scene);
+    with_ground.add(surface, glm::dmat4(1.0), {.camera = false, .shadow = true});
+    constexpr double far = 5e4;
+    const auto ground = std::make_shared<Mesh>(
+        std::vector<glm::dvec3>{{-far, -far, -1.0}, {far, -far, -1.0}, {far, far, -1.0}, {-far, far, -1.0}},
+        std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}});
+    with_ground.add(ground, glm::dmat4(1.0), {.camera = true, .shadow = false});
+    const auto both = with_ground.snapshot();
+    REQUIRE(both->build_count() == 1); // of the ground
+    REQUIRE(with_ground.is_settled());
+    const std::vector<Ray> rays = random_rays(*volume, 2000);
+    for (const bool coherent : {false, true}) {
+        std::vector<std::uint8_t> expected(rays.size()), occluded(rays.size());
+        alone->test_occlusions(rays, expected, coherent);
+        both->test_occlusions(rays, occluded, coherent);
+        REQUIRE(occluded == expected);
+        REQUIRE(std::count(occluded.begin(), occluded.end(), 1) > 500);
+    }
+    Hit hit;
+    const Ray down{{0.4 * far, -0.3 * far, 9.0}, {0.0, 0.0, -1.0}};
+    both->cast_rays({&down, 1}, {&hit, 1});
+    REQUIRE(hit.t == 10.0);
 }
 
 TEST_CASE("a surface without any cell settles", "[scene]")
