@@ -2,15 +2,28 @@
 
 #include "isospline/scene/isosurface_object.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace isospline {
 
-PacketStream::PacketStream(const Traversal& traversal, std::span<const RayPacket> packets, std::size_t index,
-                           std::span<LaneMask> found)
-    : traversal_(traversal), instance_(*traversal.alone), object_(*instance_.object->with_stream()), packets_(packets),
-      index_(index), found_(found)
+PacketStream::PacketStream(Instances instances, const Traversal& traversal, std::span<const RayPacket> packets,
+                           std::size_t index, std::span<LaneMask> found)
+    : instances_(instances), traversal_(traversal), packets_(packets), first_index_(index), found_(found)
 {
+}
+
+void PacketStream::trace(const RayStream& stream)
+{
+    for (const std::uint32_t slot : traversal_.streams()) {
+        slot_ = slot;
+        instance_ = instances_[slot].get();
+        object_ = instance_->object->with_stream();
+        index_ = first_index_;
+        begun_ = 0;
+        object_->trace(stream);
+        is_first_ = false;
+    }
 }
 
 void PacketStream::cast(std::span<PacketHits> hits)
@@ -20,13 +33,13 @@ void PacketStream::cast(std::span<PacketHits> hits)
                            const glm::ivec3& cell) {
         return static_cast<PacketStream*>(self)->record(lane, limits, root, cell);
     };
-    object_.trace({.context = this, .next = &next_ray, .record = record});
+    trace({.context = this, .next = &next_ray, .record = record});
 }
 
 void PacketStream::test_occlusions()
 {
     const auto occlude = [](void* self, int lane) { static_cast<PacketStream*>(self)->set_found(lane); };
-    object_.trace({.context = this, .next = &next_ray, .record = nullptr, .occlude = occlude});
+    trace({.context = this, .next = &next_ray, .record = nullptr, .occlude = occlude});
 }
 
 bool PacketStream::next(int lane, LatticeRayPacket& rays)
@@ -46,16 +59,26 @@ bool PacketStream::prepare_next_packet()
     if (begun_ == packets_.size())
         return false;
     const RayPacket& packet = packets_[begun_];
-    found_[begun_] = 0;
+    LaneMask& found = found_[begun_];
+    if (is_first_)
+        found = 0;
     rest_ = prepare_packet(packet, index_, traversal_.frame, prepared_);
+    if (hits_.empty())
+        rest_ &= ~found; // nothing more is asked of occluded rays
     index_ += static_cast<std::size_t>(packet.count);
     ++begun_;
     if (rest_ == 0)
         return true;
-    to_lattice(prepared_, instance_.placement.centred_to_local, object_.cell_shape(), local_);
-    if (!hits_.empty())
-        hits_[begun_ - 1].begin(local_.t_far);
-    rest_ = object_.clip_rays(local_, rest_);
+    to_lattice(prepared_, instance_->placement.centred_to_local, object_->cell_shape(), local_);
+    if (!hits_.empty()) {
+        PacketHits& hits = hits_[begun_ - 1];
+        if (is_first_)
+            hits.begin(local_.t_far);
+        else
+            std::transform(local_.t_far, local_.t_far + packet_capacity, hits.t_limit, local_.t_far,
+                           [](double far, double limit) { return std::min(far, limit); });
+    }
+    rest_ = object_->clip_rays(local_, rest_);
     return true;
 }
 
@@ -63,7 +86,7 @@ double PacketStream::record(int lane, const RayLimits& limits, const RootInCell&
 {
     const Place& place = places_[lane];
     PacketHits& hits = hits_[place.packet];
-    hits.record(place.lane, root, {traversal_.slot, false, object_.primitive_id(cell)}, limits);
+    hits.record(place.lane, root, {slot_, false, object_->primitive_id(cell)}, limits);
     set_found(lane);
     return hits.t_limit[place.lane];
 }

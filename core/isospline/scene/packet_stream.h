@@ -1,4 +1,4 @@
-// The rays of several packets, traced in a stream at the only isosurface that they see.
+// The rays of several packets, traced in a stream at each isosurface that they see.
 #pragma once
 
 #include "isospline/scene/ray_query.h"
@@ -15,7 +15,7 @@ namespace isospline {
 class PacketStream {
 public:
     /// `index` is the number of the first ray. `found` are the lanes of each packet that hit.
-    PacketStream(const Traversal& traversal, std::span<const RayPacket> packets, std::size_t index,
+    PacketStream(Instances instances, const Traversal& traversal, std::span<const RayPacket> packets, std::size_t index,
                  std::span<LaneMask> found);
 
     /// Finds the nearest hits of each packet.
@@ -32,6 +32,8 @@ private:
     double record(int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
     void set_found(int lane) { found_[places_[lane].packet] |= LaneMask{1} << places_[lane].lane; }
     bool prepare_next_packet();
+    /// Traces the rays at one instance after the other.
+    void trace(const RayStream& stream);
 
     /// The packet and the lane of a ray that is under way.
     struct Place {
@@ -39,15 +41,19 @@ private:
         int lane;
     };
 
+    Instances instances_;
     const Traversal& traversal_;
-    const Instance& instance_;
-    const IsosurfaceObject& object_;
     std::span<const RayPacket> packets_;
-    std::size_t index_;
+    const std::size_t first_index_;
     std::span<LaneMask> found_;
     std::span<PacketHits> hits_; ///< empty for occlusions
-    std::size_t begun_ = 0;      ///< packets of which rays have been taken
-    LaneMask rest_ = 0;          ///< rays of the last one of them that have not been taken
+    std::uint32_t slot_ = 0;     ///< of the instance
+    const Instance* instance_ = nullptr;
+    const IsosurfaceObject* object_ = nullptr;
+    bool is_first_ = true;  ///< of the instances
+    std::size_t index_ = 0; ///< of the next packet's first ray
+    std::size_t begun_ = 0; ///< packets of which rays have been taken
+    LaneMask rest_ = 0;     ///< rays of the last one of them that have not been taken
     PreparedPacket prepared_;
     LatticeRayPacket local_;
     Place places_[packet_capacity];

@@ -103,7 +103,7 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
                                   std::span<LaneMask> hit_lanes)
 {
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
-    PacketStream(seen, packets, index, hit_lanes).cast(stream_hits);
+    PacketStream(scene.instances, seen, packets, index, hit_lanes).cast(stream_hits);
     for (std::size_t i = 0; i < packets.size(); ++i)
         set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i, width()));
 }
@@ -126,7 +126,7 @@ int RayCaster::width() const
 
 std::size_t RayCaster::batch_size() const
 {
-    return Impl::has_stream(impl_->seen) || Impl::has_stream(impl_->shadow) ? largest_batch : 1;
+    return impl_->seen.stream_count > 0 || impl_->shadow.stream_count > 0 ? largest_batch : 1;
 }
 
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)

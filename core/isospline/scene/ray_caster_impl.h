@@ -121,15 +121,10 @@ struct RayCaster::Impl {
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     /// The largest number of rays in a packet.
     int width() const { return packet_size == 0 ? RayPacket::capacity : packet_size; }
-    /// Whether all that rays see can trace rays in a stream.
-    static bool has_stream(const Traversal& traversal)
-    {
-        return traversal.alone != nullptr && traversal.alone->object->with_stream() != nullptr;
-    }
     /// Whether there is a stream, and it is the fastest way for packets. The rays meet what SeenBy::* says.
     bool prefers_stream(const Traversal& traversal, bool SeenBy::*meets, std::span<const RayPacket> packets) const
     {
-        return has_stream(traversal) && (packet_size == 0 || !scene.coherence(meets).suit_packets(packets));
+        return traversal.stream_count > 0 && (packet_size == 0 || !scene.coherence(meets).suit_packets(packets));
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);

@@ -152,7 +152,7 @@ void RayCaster::test_occlusions(std::span<const RayPacket> packets, std::size_t 
         check_packet(rays, width(), RayPacket::capacity);
     impl_->ray_count += ray_count(packets);
     if (impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets))
-        return PacketStream(impl_->shadow, packets, index, occluded).test_occlusions();
+        return PacketStream(impl_->scene.instances, impl_->shadow, packets, index, occluded).test_occlusions();
     for (std::size_t i = 0; i < packets.size(); ++i) {
         occluded[i] = impl_->packet_size == 0 ? impl_->test_singles(packets[i], index)
                                               : dispatch_packet_size(impl_->packet_size, [&](auto size) {

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace isospline {
@@ -38,10 +39,18 @@ struct SurfaceAtLevel {
 /// What rays are traced through: an Embree scene of instances, or the own scene of the only object that the rays see,
 /// with the rays in its local space.
 struct Traversal {
+    /// More objects are traced faster in Embree, which visits the nearest ones first.
+    static constexpr std::size_t most_streams = 4;
+
+    std::span<const std::uint32_t> streams() const { return {stream_slots, stream_count}; }
+
     RTCScene scene;
     const Instance* alone; ///< the only instance, or null
     std::uint32_t slot;    ///< of that instance
     const RayFrame& frame; ///< of the rays
+    /// The slots of all instances that the rays see, if these are few and each traces rays in a stream.
+    std::uint32_t stream_slots[most_streams] = {};
+    std::size_t stream_count = 0;
 };
 
 /// A query uses one of two Embree scenes of all instances. They are the same if all rays see the same objects.

@@ -201,6 +201,28 @@ TEST_CASE("rays in a stream find what packets find, on every SIMD target", "[sce
     for_each_target([&] { REQUIRE(require_as_packets(snapshots, rays) > rays.size() / 3); });
 }
 
+TEST_CASE("a stream visits few isosurfaces, one after the other", "[scene]")
+{
+    const auto volume = noise_volume(glm::ivec3(19, 23, 31), 2), other = integer_volume(glm::ivec3(20, 18, 21), 2);
+    const glm::dmat4 moved =
+        glm::rotate(glm::translate(glm::dmat4(1.0), glm::dvec3(4.0, 3.0, 6.0)), 0.6, {1.0, 2.0, 0.5});
+    const auto surface = std::make_shared<Isosurface>(volume, 0.8);
+    IsosurfaceOptions cut;
+    cut.clip = {{{1.0, 0.5, 0.2}, 9.0}};
+    Scene scene;
+    scene.add(surface);
+    scene.add(std::make_shared<Isosurface>(other, 2.0, cut), moved);
+    scene.add(surface); // the first one is hit
+    scene.add(std::make_shared<Isosurface>(volume, -0.6));
+    const std::vector<Ray> rays = rays_through(*volume, glm::dmat4(1.0), 3000);
+    for (const bool is_streamed : {true, false}) {
+        const Snapshots snapshots{scene.snapshot(), scene.settle()};
+        REQUIRE((RayCaster(*snapshots.settled, RayCaster::Rays::incoherent).batch_size() > 1) == is_streamed);
+        REQUIRE(require_as_packets(snapshots, rays) > rays.size() / 2);
+        scene.add(surface, glm::scale(moved, glm::dvec3(1.5, -0.8, 1.0))); // these are too many
+    }
+}
+
 TEST_CASE("a stream takes any number of rays, and names a bad one", "[scene]")
 {
     const auto volume = noise_volume(glm::ivec3(20), 2);
