@@ -5,6 +5,7 @@ import {Panel} from "./panel.js";
 import {RawForm} from "./raw.js";
 import {Slices} from "./slices.js";
 import {inCell, openSocket} from "./socket.js";
+import {Uploads} from "./uploads.js";
 import {active, byId, make} from "./dom.js";
 
 const MOST_MESSAGES = 5;
@@ -212,20 +213,6 @@ export class App {
     while (messages.children.length > MOST_MESSAGES) messages.firstChild.remove();
     return element;
   }
-
-  async upload(files) {
-    const all = [...files];
-    if (!all.length) return;
-    this.send({type: "upload", files: all.map(file => ({name: file.name, size: file.size}))});
-    for (const file of all) {
-      for (let start = 0; start < file.size; start += 1 << 20) {
-        const part = await file.slice(start, start + (1 << 20)).arrayBuffer();
-        while (this.socket.bufferedAmount > 1 << 23) await new Promise(done => setTimeout(done, 10));
-        if (this.socket.readyState !== WebSocket.OPEN) return;
-        this.socket.send(part);
-      }
-    }
-  }
 }
 
 const app = new App();
@@ -234,6 +221,7 @@ const stage = new Stage(app);
 app.slices = new Slices(app);
 new Panel(app);
 new RawForm(app);
+const uploads = new Uploads(app);
 
 app.on("connected", () => {
   app.inputs = 0;
@@ -295,11 +283,11 @@ addEventListener("dragleave", event => { if (!event.relatedTarget) drop.hidden =
 addEventListener("drop", event => {
   event.preventDefault();
   drop.hidden = true;
-  app.upload(event.dataTransfer.files);
+  uploads.add(event.dataTransfer.files);
 });
 byId("open-files").onclick = () => byId("open").click();
 byId("open").onchange = event => {
-  app.upload(event.target.files);
+  uploads.add(event.target.files);
   event.target.value = "";
 };
 app.connect();
