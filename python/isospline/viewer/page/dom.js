@@ -8,6 +8,43 @@ export const byId = id => document.getElementById(id);
 /** @type {() => any} */
 export const active = () => document.activeElement;
 
+// -- What the user operates ------------------------------------------------------------------------------------------
+
+/** @type {any} */
+let pressed = null, edited = null; // the element under a pressed pointer, and the control whose value is not complete
+
+// Whether the user operates a control in an element: it keeps what it shows, and is not replaced.
+/** @param {any} element */
+export const isOperated = element => [pressed, edited].some(each => each && element.contains(each));
+
+// Notice what is operated in an element. `ended` is called when that ends, after the click and the change of the focus.
+export function watchOperation(root, ended) {
+  const edit = event => { edited = event.target; };
+  root.addEventListener("input", edit, {capture: true}); // before the control hears it
+  root.addEventListener("click", event => { if (event.target.matches("input[type=color]")) edit(event); });
+  for (const name of ["change", "focusout"]) {
+    root.addEventListener(name, () => {
+      if (edited) setTimeout(ended);
+      edited = null;
+    });
+  }
+  root.addEventListener("pointerdown", event => { if (!event.target.closest("select")) pressed = event.target; }); // its list gets the pointer's end
+  for (const name of ["pointerup", "pointercancel"]) {
+    addEventListener(name, () => {
+      if (pressed) setTimeout(ended);
+      pressed = null;
+      if (!edited?.matches("input.number")) edited = null; // there may be no change after a drag
+    });
+  }
+}
+
+// What a control is called in its part of the page, also when it is drawn anew: the object that it belongs to, and its name.
+/** @param {any} control */
+export const keyOf = control => [control.closest("[data-object]")?.dataset.object,
+  control.dataset.key ?? control.getAttribute("aria-label") ?? control.closest("label")?.textContent ?? control.textContent].join();
+
+// -- Elements --------------------------------------------------------------------------------------------------------
+
 // make("button", {class: "bare", onclick: f}, "text", child, ...)
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
@@ -50,20 +87,21 @@ export function slider(label, value, least, most, step, change) {
 export function numberInput(label, value, options) {
   const {step, least = -Infinity, most = Infinity, live = false, whole = false, change, refuse} = options;
   const input = make("input", {type: "text", inputmode: "decimal", class: "number", role: "spinbutton", autocomplete: "off", "aria-label": label});
-  let actual = value, before = value; // the value that counts, and the one when the field was entered
+  let actual = value, before = value; // the value that counts, and the one before the user began to type
   const wrong = number => number === null || whole && !Number.isInteger(number) ? `expected a ${whole ? "whole " : ""}number`
     : number < least || number > most ? `expected ${Number.isFinite(most) ? `${tidy(least)} to ${tidy(most)}` : `at least ${tidy(least)}`}` : null;
   input.show = number => {
     actual = number;
-    if (input !== active()) input.value = tidy(number);
+    if (isOperated(input)) return;
+    before = number;
+    input.value = tidy(number);
   };
-  input.onfocus = () => { before = actual; };
   input.onchange = () => {
     const number = parseNumber(input.value), problem = wrong(number);
     if (problem) refuse(`${label}: ${problem}, got ${input.value.trim() || "nothing"}. It is still ${tidy(before)}.`);
     else before = number;
     input.value = tidy(before);
-    change(actual = before);
+    if (actual !== before) change(actual = before);
   };
   if (live) {
     input.oninput = () => {

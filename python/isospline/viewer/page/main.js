@@ -6,7 +6,7 @@ import {RawForm} from "./raw.js";
 import {Slices} from "./slices.js";
 import {inCell, openSocket} from "./socket.js";
 import {Uploads} from "./uploads.js";
-import {active, byId, make} from "./dom.js";
+import {byId, make} from "./dom.js";
 
 const MOST_MESSAGES = 5;
 
@@ -261,7 +261,7 @@ addEventListener("keydown", event => { if (event.key === "Escape" && panel.match
 for (const name of ["undo", "redo"]) {
   const button = byId(name);
   button.onclick = () => move(name);
-  app.on("history", () => { button.disabled = !app.history[name]; });
+  app.on("history", () => button.setAttribute("aria-disabled", String(!app.history[name]))); // and not disabled, which takes the focus away
 }
 addEventListener("keydown", event => {
   if (!(event.ctrlKey || event.metaKey) || event.altKey || document.querySelector("dialog[open]") || /** @type {Element} */ (event.target).matches("input.number, input[type=text]")) return;
@@ -273,7 +273,6 @@ addEventListener("keydown", event => {
 
 function move(name) {
   if (!app.history[name]) return;
-  if (active().matches("input")) active().blur(); // so that it shows the other value
   app.change({type: name});
 }
 

@@ -1,7 +1,7 @@
 // The controls at the side. Each part is rebuilt when its state changes, unless the user is operating it.
 
 import {add, basis, scale} from "./geometry.js";
-import {active, byId, checkbox, field, make, numberInput, segments, select, slider, tidy} from "./dom.js";
+import {active, byId, checkbox, field, isOperated, keyOf, make, numberInput, segments, select, slider, tidy, watchOperation} from "./dom.js";
 import {resultText} from "./measurements.js";
 import {boundsOf} from "./gizmo.js";
 import {Histogram} from "./histogram.js";
@@ -17,6 +17,8 @@ const HINTS = {point: "Click on a surface to measure a point.", distance: "Click
 const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable: "Turntable (MP4)",
   mesh: "Mesh (STL)", session: "Session", python: "Python"};
 
+const CONTROLS = "button, select, input";
+
 export class Panel {
   /** @param {import("./main.js").App} app */
   constructor(app) {
@@ -24,6 +26,7 @@ export class Panel {
     this.histogram = new Histogram(app, byId("histogram"));
     this.drawn = {}; // the dependencies of each part at the time it was built
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
+    watchOperation(byId("panel"), () => this.draw());
     app.on("measured", ({point}) => { if (point) byId("measurements").open = true; });
     this.drawSaves();
   }
@@ -47,14 +50,16 @@ export class Panel {
     this.put("slicing", [slices.shown, slices.volume, slices.window, open], () => this.drawSlicing(), true);
   }
 
-  // Rebuild a part, except its summary, if its dependencies have changed and the user is not operating it.
+  // Rebuild a part, except its summary, if its dependencies have changed and the user does not operate it.
   put(id, depends, draw, afterSummary = false) {
-    const part = byId(id), focused = active(), key = JSON.stringify(depends);
-    if (this.drawn[id] === key || (part.contains(focused) && focused.matches("input:not([type=checkbox])"))) return;
+    const part = byId(id), key = JSON.stringify(depends);
+    if (this.drawn[id] === key || isOperated(part)) return;
     this.drawn[id] = key;
-    const label = part.contains(focused) ? focused.getAttribute("aria-label") ?? focused.textContent : null;
+    const focused = part.contains(active()) && active().matches(CONTROLS) ? keyOf(active()) : null;
     part.replaceChildren(...(afterSummary ? [part.querySelector("summary")] : []), ...draw().filter(Boolean));
-    if (label) [...part.querySelectorAll("button, select, input")].find(each => (each.getAttribute("aria-label") ?? each.textContent) === label)?.focus();
+    if (focused === null) return;
+    const same = [...part.querySelectorAll(CONTROLS)].find(each => keyOf(each) === focused);
+    (same ?? part.closest("details").querySelector("summary")).focus(); // that of a removed object is gone
   }
 
   number(label, value, change, options = {}) {
@@ -75,7 +80,7 @@ export class Panel {
         {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], live: true});
     const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
       make("div", {class: "head"}, color, name, level,
-        make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show",
+        make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show", "data-key": "visible",
           onclick: () => change({visible: !each.visible})}, each.visible ? "●" : "○"),
         make("button", {class: "bare", title: "Remove", "aria-label": "Remove", onclick: () => {
           app.change({type: "remove_object", id: each.id});
@@ -109,12 +114,12 @@ export class Panel {
     ];
     if (!["color", "own", "normal"].includes(each.color_by)) {
       const maps = Object.fromEntries(Object.keys(app.options.color_maps).map(name => [name, name]));
-      const limits = each.limits ?? app.defaultLimits[each.id] ?? [0, 1];
+      const limitsOf = () => app.object(each.id).limits ?? app.defaultLimits[each.id] ?? [0, 1], limits = limitsOf();
       parts.push(field("Colour map", select("Colour map", maps, each.cmap, cmap => change({cmap}))),
         make("div", {class: "color-bar", style: `background: linear-gradient(to right, ${app.options.color_maps[each.cmap]?.join()})`}),
         make("div", {class: "pair", style: "margin-top: 4px"},
-          this.number("First value", limits[0], value => change({limits: [value, limits[1]]})),
-          this.number("Last value", limits[1], value => change({limits: [limits[0], value]}))));
+          this.number("First value", limits[0], value => change({limits: [value, limitsOf()[1]]})),
+          this.number("Last value", limits[1], value => change({limits: [limitsOf()[0], value]}))));
     }
     if (app.state.light === "path-trace") {
       parts.push(field("Metal", slider("Metal", each.metallic, 0, 1, 0.01, metallic => change({metallic}))),
@@ -133,8 +138,8 @@ export class Panel {
         return suggested(levels, source) ?? between(levels, source.range);
       };
       return make("div", {class: "row source"}, source.kind === "mesh" && isShown ? make("span", {class: "name"}, source.name)
-        : make("button", {onclick: () => app.change({type: "add_object", source: source.key, level: source.kind === "mesh" ? null : level()})}, name),
-        make("button", {class: "bare", title: `Close ${source.name}; this cannot be undone`, "aria-label": `Close ${source.name}`,
+        : make("button", {"data-key": `add ${source.key}`, onclick: () => app.change({type: "add_object", source: source.key, level: source.kind === "mesh" ? null : level()})}, name),
+        make("button", {class: "bare", title: `Close ${source.name}; this cannot be undone`, "aria-label": `Close ${source.name}`, "data-key": `close ${source.key}`,
           onclick: () => app.send({type: "close", source: source.key})}, "Close"));
     });
   }
@@ -185,7 +190,7 @@ export class Panel {
     const change = changes => app.changeState({slices: {...app.state.slices, ...changes}});
     const source = app.sources.get(slices.volume);
     if (!source) return [make("p", {class: "hint"}, "No volume is open.")];
-    const [low, high] = slices.window ?? source.window;
+    const windowOf = () => app.state.slices.window ?? source.window, widthOf = all => all[1] - all[0], levelOf = all => (all[0] + all[1]) / 2;
     const set = (width, level) => change({window: [level - width / 2, level + width / 2]});
     return [
       make("div", {class: "row"}, checkbox("Show three slices", slices.shown, shown => change({shown}))),
@@ -193,8 +198,8 @@ export class Panel {
         const other = app.sources.get(key);
         change({volume: key, index: other.counts.map(each => (each - 1) / 2), window: other.window});
       })),
-      field("Window", this.number("Window", high - low, width => set(width, (low + high) / 2), {least: 1e-12})),
-      field("Level", this.number("Window level", (low + high) / 2, level => set(high - low, level))),
+      field("Window", this.number("Window", widthOf(windowOf()), width => set(width, levelOf(windowOf())), {least: 1e-12})),
+      field("Level", this.number("Window level", levelOf(windowOf()), level => set(widthOf(windowOf()), level))),
       source.patient && make("div", {class: "row"}, ...Object.entries(WINDOWS).map(([name, [width, level]]) =>
         make("button", {title: `Window ${width}, level ${level}`, onclick: () => set(width, level)}, name)),
         make("button", {onclick: () => change({window: source.window})}, "All")),
@@ -228,7 +233,7 @@ export class Panel {
         ["thickness", length(point.thickness)]);
     }
     return make("div", {class: "measurement"}, make("strong", {}, `${i + 1}`),
-      make("button", {class: "bare", "aria-label": `Remove measurement ${i + 1}`,
+      make("button", {class: "bare", "aria-label": `Remove measurement ${i + 1}`, "data-key": `remove ${each.id}`,
         onclick: () => app.change({type: "remove_measurement", id: each.id})}, "×"),
       make("dl", {}, ...rows.filter(([, text]) => text).flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)])));
   }
