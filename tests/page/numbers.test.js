@@ -3,7 +3,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import {parseNumber, tidy} from "../../python/isospline/viewer/page/dom.js";
+import {parseNumber, stepped, tidy} from "../../python/isospline/viewer/page/dom.js";
+import {endsOf, nearest} from "../../python/isospline/viewer/page/histogram.js";
 import {resultText} from "../../python/isospline/viewer/page/measurements.js";
 import {between, suggested} from "../../python/isospline/viewer/page/panel.js";
 
@@ -31,4 +32,18 @@ test("new levels are suggested ones, and then in the widest gap", () => {
   assert.equal(suggested([110, 290, 45], source), undefined);
   assert.equal(between([110, 290, 45], source.range), 645);
   assert.equal(between([], [0, 1]), 0.5);
+});
+
+test("levels of whole numbers stay halfway between them, also at the ends", () => {
+  const bytes = {range: [0, 255], spacing_of_values: 1}, ends = endsOf(bytes);
+  const walk = (from, ...steps) => steps.map(step => (from = stepped(from, step, ends)));
+  assert.deepEqual(walk(253.5, 1, 1, 1, -1, -1), [254.5, 254.5, 254.5, 253.5, 252.5]);
+  assert.deepEqual(walk(2.5, -10, -1, 1), [0.5, 0.5, 1.5]);
+  assert.deepEqual(walk(70, 1, -0.5), [71, 70.5]); // one that was typed in keeps its part of a step
+  assert.deepEqual(walk(255, 1, -1), [255, 253.5]);
+  assert.deepEqual([-3, 127.3, 300].map(value => nearest(value, 1, bytes)), [0.5, 127.5, 254.5]);
+  const bits = {range: [0, 1], spacing_of_values: 1};
+  assert.deepEqual([stepped(0.5, 1, endsOf(bits)), stepped(0.5, -1, endsOf(bits)), nearest(0.9, 1, bits)], [0.5, 0.5, 0.5]);
+  const continuous = {range: [-1, 1], spacing_of_values: 0};
+  assert.deepEqual([stepped(0.95, 0.1, endsOf(continuous)), nearest(-0.97, 0.25, continuous), nearest(3, 0.25, continuous)], [1, -1, 1]);
 });

@@ -1,5 +1,7 @@
 // Short functions that make elements.
 
+import {clamp} from "./geometry.js";
+
 // An element of the page, of the type that the caller expects.
 /** @type {(id: string) => any} */
 export const byId = id => document.getElementById(id);
@@ -85,7 +87,7 @@ export function slider(label, value, least, most, step, change) {
 // that is `live` also changes while the user types.
 /** @param {any} options */
 export function numberInput(label, value, options) {
-  const {step, least = -Infinity, most = Infinity, live = false, whole = false, change, refuse} = options;
+  const {step, least = -Infinity, most = Infinity, ends = [least, most], live = false, whole = false, change, refuse} = options;
   const input = make("input", {type: "text", inputmode: "decimal", class: "number", role: "spinbutton", autocomplete: "off", "aria-label": label});
   let actual = value, before = value; // the value that counts, and the one before the user began to type
   const wrong = number => number === null || whole && !Number.isInteger(number) ? `expected a ${whole ? "whole " : ""}number`
@@ -113,12 +115,18 @@ export function numberInput(label, value, options) {
     const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = input.value === tidy(actual) ? actual : parseNumber(input.value);
     if (!direction || !step || number === null) return;
     event.preventDefault();
-    actual = before = Math.min(Math.max(number + direction * step, least), most);
+    actual = before = stepped(number, direction * step, ends);
     input.value = tidy(actual);
     change(actual);
   };
   input.show(value);
   return input;
+}
+
+// A value after a step within ends. From beyond an end, a step only leads back.
+export function stepped(value, step, [first, last]) {
+  const moved = clamp(clamp(value, first, last) + step, first, last);
+  return (moved - value) * step > 0 ? moved : value;
 }
 
 // The number that a text says, or null. A comma is a decimal comma; groups of thousands are not understood.

@@ -4,7 +4,7 @@ import {add, basis, scale} from "./geometry.js";
 import {active, byId, checkbox, field, isOperated, keyOf, make, numberInput, segments, select, slider, tidy, watchOperation} from "./dom.js";
 import {resultText} from "./measurements.js";
 import {boundsOf} from "./gizmo.js";
-import {Histogram} from "./histogram.js";
+import {endsOf, Histogram} from "./histogram.js";
 
 const LIGHTS = {studio: "Studio", phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
 const RULES = {color: "One colour", own: "Its own colours", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
@@ -77,7 +77,7 @@ export class Panel {
       onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, source?.name ?? each.source);
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
       : this.number(`Level of ${source?.name}`, each.level, value => change({level: value}),
-        {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], live: true});
+        {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], ends: source && endsOf(source), live: true});
     const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
       make("div", {class: "head"}, color, name, level,
         make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show", "data-key": "visible",
