@@ -331,10 +331,11 @@ class Window:
 
     def _on_restore(self, message):
         """Show the state of a page that was connected to another viewer, as far as the same files are open."""
-        names = {each.key: each.name for each in message.sources}
-        state, keys = message.state, {}
-        for each in self._viewer.document:
-            keys.update({key: each.key for key, name in names.items() if name == each.name})
+        state, keys, left = message.state, {}, list(message.sources)
+        for each in self._viewer.document:  # files of the same name are in order
+            if (before := next((old for old in left if old.name == each.name), None)) is not None:
+                keys[before.key] = each.key
+                left.remove(before)
         self._viewer.change(lambda _: state.with_keys(keys).replace(camera=None))
         if state.camera is not None:
             self.set_camera(state.camera)

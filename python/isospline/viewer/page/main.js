@@ -178,8 +178,8 @@ export class App {
     const {before} = this;
     if (!before?.isOver || !this.sources.size) return; // the viewer may still be reading its first file
     this.before = null;
-    const names = [...this.sources.values()].map(each => each.name);
-    const lost = before.sources.map(each => each.name).filter(name => !names.includes(name));
+    const lost = before.sources.map(each => each.name);
+    for (const {name} of this.sources.values()) if (lost.includes(name)) lost.splice(lost.indexOf(name), 1);
     const note = this.note("The viewer was restarted. "
       + (lost.length ? `No longer open: ${lost.join(", ")}. ` : "") + "Levels, colours, cuts, slices and measurements of before are not shown. ", "note");
     if (lost.length < before.sources.length) {
