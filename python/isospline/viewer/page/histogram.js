@@ -83,7 +83,7 @@ export class Histogram {
       makeSvg("path", {class: "bars", d: `${path}L${WIDTH},${BOTTOM}Z`}),
       makeSvg("line", {x1: 0, x2: WIDTH, y1: BOTTOM, y2: BOTTOM, stroke: "#9aa7b3"}),
       ...[[lower, "start"], [upper, "end"]].map(([value, anchor], i) =>
-        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, "font-size": 11, fill: "#66727f"}, tidy(value))),
+        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, class: "end"}, tidy(value))),
       this.markers);
     svg.onwheel = event => this.zoomed(event, source);
     svg.ondblclick = () => { this.zoom = null; this.draw(); };

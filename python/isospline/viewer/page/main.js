@@ -8,8 +8,6 @@ import {inCell, openSocket} from "./socket.js";
 import {Uploads} from "./uploads.js";
 import {byId, make} from "./dom.js";
 
-const MOST_MESSAGES = 5;
-
 export class App {
   constructor() {
     /** @type {Viewer.ViewState | null} */
@@ -210,7 +208,6 @@ export class App {
     element.append(make("button", {class: "bare", "aria-label": "Close the message", onclick: () => element.remove()}, "×"));
     element.onclick = () => element.remove();
     messages.append(element);
-    while (messages.children.length > MOST_MESSAGES) messages.firstChild.remove();
     return element;
   }
 }
