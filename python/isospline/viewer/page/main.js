@@ -132,14 +132,15 @@ export class App {
       if (message.input < this.stateInput && this.state) return;
       this.history = message.history;
       this.tell("history");
-      const before = JSON.stringify([this.state, limits]);
+      const before = JSON.stringify([this.state, limits]), earlier = this.state?.objects ?? [];
       this.state = message.state;
       this.results = message.results;
       if (JSON.stringify([this.state, this.defaultLimits]) === before) { // the page's own change
         this.before = null;
         return;
       }
-      if (!this.object(this.selected)) this.selected = this.state.objects[0]?.id ?? null;
+      const added = earlier.length && this.state.objects.find(each => !earlier.some(({source}) => source === each.source)); // of a new file
+      if (added || !this.object(this.selected)) this.selected = (added || this.state.objects[0])?.id ?? null;
       this.tell("state", {own: false});
       if (this.before) this.before.isOver = true;
       this.tellLost();

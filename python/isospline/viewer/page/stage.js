@@ -27,11 +27,13 @@ export class Stage {
     this.gizmo = new ClipGizmo(app, this);
     this.pointers = new Map();
     this.fps = [];
+    this.isBusy = false;
     this.listen();
     new ResizeObserver(() => this.resized()).observe(this.canvas);
     app.on("frame", frame => this.show(frame));
-    app.on("document", () => { this.makeViews(); if (app.state) this.drawValueBars(); });
+    app.on("document", () => { this.makeViews(); this.tellBlank(); if (app.state) this.drawValueBars(); });
     app.on("state", () => this.stateChanged());
+    app.on("progress", ({title}) => { this.isBusy = title != null; this.tellBlank(); });
   }
 
   // Device pixels of the picture.
@@ -72,6 +74,7 @@ export class Stage {
     app.matchFrame();
     app.framesShown += 1;
     this.tellStatus(now);
+    this.tellBlank();
     this.drawOverlay();
     app.tell("shown", about);
   }
@@ -158,9 +161,17 @@ export class Stage {
 
   stateChanged() {
     document.documentElement.style.setProperty("--stage", this.app.state.background);
-    byId("welcome").hidden = this.app.state.objects.length > 0;
+    this.tellBlank();
     this.drawValueBars();
     this.drawOverlay();
+  }
+
+  // Until there is a picture of the objects, scale, cube and status would be those of nothing.
+  tellBlank() {
+    const {state, frame, sources} = this.app, objects = state?.objects ?? [];
+    byId("stage").classList.toggle("blank", !frame || objects.some(each => each.visible) && !frame.objects);
+    byId("welcome").hidden = !state || objects.length > 0 || this.isBusy;
+    byId("welcome").firstElementChild.textContent = sources.size ? "No surface is shown" : "Drop a volume or a mesh here";
   }
 
   // A bar for each volume whose values are on the cut.
