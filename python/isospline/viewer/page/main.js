@@ -243,8 +243,16 @@ const panel = byId("panel"), opener = byId("show-panel");
 function showPanel(shown) {
   panel.classList.toggle("shown", shown);
   opener.setAttribute("aria-expanded", String(shown));
+  app.tell("covered");
   (shown ? byId("hide-panel") : opener).focus();
 }
+// What the drawer or a maximised slice covers does not get the focus.
+app.on("covered", () => {
+  const isDrawn = panel.matches(".shown");
+  for (const id of ["view", "views", "show-panel"]) byId(id).inert = isDrawn || !!app.slices.maximised;
+  byId("slices").inert = isDrawn;
+});
+matchMedia("(max-width: 440px)").addEventListener("change", () => { if (panel.matches(".shown")) showPanel(false); });
 opener.onclick = () => showPanel(true);
 byId("hide-panel").onclick = () => showPanel(false);
 addEventListener("pointerdown", event => { // beside the drawer: it closes, and nothing else happens

@@ -80,6 +80,7 @@ export class Slices {
     this.element.classList.toggle("maximised", !!this.maximised);
     for (const each of this.views) each.figure.hidden = !!this.maximised && each !== view;
     view.canvas.focus();
+    this.app.tell("covered");
   }
 
   // Zoom all slices; a point of one of them stays where it is, by default the cross.
