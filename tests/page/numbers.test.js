@@ -14,7 +14,13 @@ test("numbers have a point or a comma, and nothing else is one", () => {
 });
 
 test("numbers are shown whole, or with six digits", () => {
-  assert.deepEqual([1234567, 1234567.8, 0.1 + 0.2, -0.00001234567, null].map(tidy), ["1234567", "1234570", "0.3", "-0.0000123457", "–"]);
+  assert.deepEqual([1234567, 1234567.8, 0.1 + 0.2, -0.00001234567, null].map(each => tidy(each)), ["1234567", "1234570", "0.3", "-0.0000123457", "–"]);
+});
+
+test("numbers of a narrow range have the digits that tell them apart", () => {
+  assert.deepEqual([1e9 + 123.5, 1e9 + 124, 1e9 + 123.456789].map(value => tidy(value, 1000)), ["1000000123.5", "1000000124", "1000000123.46"]);
+  assert.deepEqual([tidy(-1000.00012345678, 1e-4), tidy(0.123456789, 50), tidy(1.5, 0)], ["-1000.000123457", "0.123457", "1.5"]);
+  assert.equal(between([1e9 + 500.5], [1e9, 1e9 + 1000]), 1e9 + 250.25);
 });
 
 test("results have units", () => {

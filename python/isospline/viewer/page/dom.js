@@ -87,22 +87,23 @@ export function slider(label, value, least, most, step, change) {
 // that is `live` also changes while the user types.
 /** @param {any} options */
 export function numberInput(label, value, options) {
-  const {step, least = -Infinity, most = Infinity, ends = [least, most], live = false, whole = false, change, refuse} = options;
+  const {step, least = -Infinity, most = Infinity, ends = [least, most], live = false, whole = false, span, change, refuse} = options;
+  const text = number => tidy(number, span);
   const input = make("input", {type: "text", inputmode: "decimal", class: "number", role: "spinbutton", autocomplete: "off", "aria-label": label});
   let actual = value, before = value; // the value that counts, and the one before the user began to type
   const wrong = number => number === null || whole && !Number.isInteger(number) ? `expected a ${whole ? "whole " : ""}number`
-    : number < least || number > most ? `expected ${Number.isFinite(most) ? `${tidy(least)} to ${tidy(most)}` : `at least ${tidy(least)}`}` : null;
+    : number < least || number > most ? `expected ${Number.isFinite(most) ? `${text(least)} to ${text(most)}` : `at least ${text(least)}`}` : null;
   input.show = number => {
     actual = number;
     if (isOperated(input)) return;
     before = number;
-    input.value = tidy(number);
+    input.value = text(number);
   };
   input.onchange = () => {
     const number = parseNumber(input.value), problem = wrong(number);
-    if (problem) refuse(`${label}: ${problem}, got ${input.value.trim() || "nothing"}. It is still ${tidy(before)}.`);
+    if (problem) refuse(`${label}: ${problem}, got ${input.value.trim() || "nothing"}. It is still ${text(before)}.`);
     else before = number;
-    input.value = tidy(before);
+    input.value = text(before);
     if (actual !== before) change(actual = before);
   };
   if (live) {
@@ -112,11 +113,11 @@ export function numberInput(label, value, options) {
     };
   }
   input.onkeydown = event => {
-    const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = input.value === tidy(actual) ? actual : parseNumber(input.value);
+    const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = input.value === text(actual) ? actual : parseNumber(input.value);
     if (!direction || !step || number === null) return;
     event.preventDefault();
     actual = before = stepped(number, direction * step, ends);
-    input.value = tidy(actual);
+    input.value = text(actual);
     change(actual);
   };
   input.show(value);
@@ -149,5 +150,10 @@ export function select(label, options, value, change) {
   return input;
 }
 
-// A number for display: whole, or at most six digits.
-export const tidy = value => value == null ? "–" : String(Number.isInteger(value) ? value : Number(value.toPrecision(6)));
+// A number for display: whole, or at most six digits. One of a range has the digits that tell it from others there.
+export function tidy(value, span = Math.abs(value)) {
+  if (value == null) return "–";
+  if (Number.isInteger(value)) return String(value);
+  const more = Math.floor(Math.log10(Math.abs(value) / span));
+  return String(Number(value.toPrecision(clamp(6 + (Number.isFinite(more) ? more : 0), 6, 15))));
+}

@@ -15,6 +15,9 @@ export function nearest(value, step, source) {
   return clamp(from + Math.round((value - from) / step) * step, first, last);
 }
 
+// The size of a volume's range, for the digits of its values.
+export const spanOf = source => source ? source.range[1] - source.range[0] || undefined : undefined;
+
 export class Histogram {
   /** @param {import("./main.js").App} app
    *  @param {any} element */
@@ -59,12 +62,12 @@ export class Histogram {
 
   marker(each, place, source) {
     if (place < -1 || place > WIDTH + 1) return null;
-    const marker = makeSvg("g", {class: "level", tabindex: 0, role: "slider", "aria-label": `Level ${tidy(each.level)}`, "aria-valuenow": each.level,
+    const marker = makeSvg("g", {class: "level", tabindex: 0, role: "slider", "aria-label": `Level ${tidy(each.level, spanOf(source))}`, "aria-valuenow": each.level,
       "data-object": each.id},
       makeSvg("rect", {x: place - 8, y: 0, width: 16, height: BOTTOM}),
       makeSvg("line", {x1: place, x2: place, y1: TOP - 4, y2: BOTTOM, stroke: each.color}),
       makeSvg("circle", {cx: place, cy: TOP - 4, r: 6, fill: each.color}),
-      makeSvg("text", {x: clamp(place, 22, WIDTH - 22), y: 10}, tidy(each.level)));
+      makeSvg("text", {x: clamp(place, 22, WIDTH - 22), y: 10}, tidy(each.level, spanOf(source))));
     marker.onpointerdown = event => this.drag(event, each.id, source);
     marker.onkeydown = event => this.key(event, each.id, source);
     return marker;
@@ -83,7 +86,7 @@ export class Histogram {
       makeSvg("path", {class: "bars", d: `${path}L${WIDTH},${BOTTOM}Z`}),
       makeSvg("line", {x1: 0, x2: WIDTH, y1: BOTTOM, y2: BOTTOM, stroke: "#9aa7b3"}),
       ...[[lower, "start"], [upper, "end"]].map(([value, anchor], i) =>
-        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, class: "end"}, tidy(value))),
+        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, class: "end"}, tidy(value, upper - lower))),
       this.markers);
     svg.onwheel = event => this.zoomed(event, source);
     svg.ondblclick = () => { this.zoom = null; this.draw(); };

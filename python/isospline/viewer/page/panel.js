@@ -4,7 +4,7 @@ import {add, basis, scale} from "./geometry.js";
 import {active, byId, checkbox, field, isOperated, keyOf, make, numberInput, segments, select, slider, tidy, watchOperation} from "./dom.js";
 import {resultText} from "./measurements.js";
 import {boundsOf} from "./gizmo.js";
-import {endsOf, Histogram} from "./histogram.js";
+import {endsOf, Histogram, spanOf} from "./histogram.js";
 
 const LIGHTS = {studio: "Studio", phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
 const RULES = {color: "One colour", own: "Its own colours", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
@@ -77,7 +77,7 @@ export class Panel {
       onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, source?.name ?? each.source);
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
       : this.number(`Level of ${source?.name}`, each.level, value => change({level: value}),
-        {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], ends: source && endsOf(source), live: true});
+        {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], ends: source && endsOf(source), span: spanOf(source), live: true});
     const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
       make("div", {class: "head"}, color, name, level,
         make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show", "data-key": "visible",
@@ -115,11 +115,12 @@ export class Panel {
     if (!["color", "own", "normal"].includes(each.color_by)) {
       const maps = Object.fromEntries(Object.keys(app.options.color_maps).map(name => [name, name]));
       const limitsOf = () => app.object(each.id).limits ?? app.defaultLimits[each.id] ?? [0, 1], limits = limitsOf();
+      const span = Math.abs(limits[1] - limits[0]);
       parts.push(field("Colour map", select("Colour map", maps, each.cmap, cmap => change({cmap}))),
         make("div", {class: "color-bar", style: `background: linear-gradient(to right, ${app.options.color_maps[each.cmap]?.join()})`}),
         make("div", {class: "pair", style: "margin-top: 4px"},
-          this.number("First value", limits[0], value => change({limits: [value, limitsOf()[1]]})),
-          this.number("Last value", limits[1], value => change({limits: [limitsOf()[0], value]}))));
+          this.number("First value", limits[0], value => change({limits: [value, limitsOf()[1]]}), {span}),
+          this.number("Last value", limits[1], value => change({limits: [limitsOf()[0], value]}), {span})));
     }
     if (app.state.light === "path-trace") {
       parts.push(field("Metal", slider("Metal", each.metallic, 0, 1, 0.01, metallic => change({metallic}))),
@@ -198,8 +199,8 @@ export class Panel {
         const other = app.sources.get(key);
         change({volume: key, index: other.counts.map(each => (each - 1) / 2), window: other.window});
       })),
-      field("Window", this.number("Window", widthOf(windowOf()), width => set(width, levelOf(windowOf())), {least: 1e-12})),
-      field("Level", this.number("Window level", levelOf(windowOf()), level => set(widthOf(windowOf()), level))),
+      field("Window", this.number("Window", widthOf(windowOf()), width => set(width, levelOf(windowOf())), {least: 1e-12, span: spanOf(source)})),
+      field("Level", this.number("Window level", levelOf(windowOf()), level => set(widthOf(windowOf()), level), {span: spanOf(source)})),
       source.patient && make("div", {class: "row"}, ...Object.entries(WINDOWS).map(([name, [width, level]]) =>
         make("button", {title: `Window ${width}, level ${level}`, onclick: () => set(width, level)}, name)),
         make("button", {onclick: () => change({window: source.window})}, "All")),
@@ -223,12 +224,12 @@ export class Panel {
   }
 
   drawMeasurement(each, i) {
-    const {app} = this, vector = numbers => numbers.map(tidy).join("  "), length = number => number == null ? null : tidy(number) + app.unit;
+    const {app} = this, vector = numbers => numbers.map(number => tidy(number)).join("  "), length = number => number == null ? null : tidy(number) + app.unit;
     const result = app.results[i], rows = [[TOOLS[each.tool].toLowerCase(), resultText(each, result, app.unit, tidy)]];
     for (const point of each.points) rows.push(["position", vector(point.position) + app.unit]);
     if (each.tool === "point") {
       const [point] = each.points;
-      rows.push(["index", point.index && vector(point.index)], ["value", point.value != null && tidy(point.value)], ["normal", vector(point.normal)],
+      rows.push(["index", point.index && vector(point.index)], ["value", point.value != null && tidy(point.value, spanOf(app.sources.get(app.object(point.object)?.source)))], ["normal", vector(point.normal)],
         ["curvature", point.mean_curvature != null && `mean ${tidy(point.mean_curvature)}  Gaussian ${tidy(point.gaussian_curvature)}`],
         ["thickness", length(point.thickness)]);
     }
@@ -267,5 +268,5 @@ export function between(levels, range) {
   const [lower, upper] = range, all = [lower, ...levels, upper].sort((a, b) => a - b);
   let best = 0;
   for (let i = 1; i + 1 < all.length; ++i) if (all[i + 1] - all[i] > all[best + 1] - all[best]) best = i;
-  return Number(((all[best] + all[best + 1]) / 2).toPrecision(6));
+  return Number(tidy((all[best] + all[best + 1]) / 2, upper - lower));
 }

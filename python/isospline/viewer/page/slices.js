@@ -2,6 +2,7 @@
 
 import {clamp} from "./geometry.js";
 import {byId, make, tidy} from "./dom.js";
+import {spanOf} from "./histogram.js";
 import {isSwapped, layout, sideOf, transposed} from "./orientation.js";
 
 const HEIGHT = "260px";
@@ -283,7 +284,7 @@ export class Slices {
       const world = affine.slice(0, 3).map(line => line[0] * point.index[0] + line[1] * point.index[1] + line[2] * point.index[2] + line[3]);
       lines.push(`index ${point.index.map(round).join(", ")}`, `${world.map(round).join(", ")}${patient ? " mm" : ""}`);
       this.ask({volume: this.slices.volume, index: point.index});
-      if (this.sampled && JSON.stringify(this.sampled.index) === JSON.stringify(point.index)) lines.push(`value ${tidy(this.sampled.value)}`);
+      if (this.sampled && JSON.stringify(this.sampled.index) === JSON.stringify(point.index)) lines.push(`value ${tidy(this.sampled.value, spanOf(this.source))}`);
     }
     view.caption.textContent = lines.join("\n");
   }
