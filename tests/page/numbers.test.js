@@ -5,7 +5,7 @@ import test from "node:test";
 
 import {parseNumber, stepped, tidy} from "../../python/isospline/viewer/page/dom.js";
 import {endsOf, nearest} from "../../python/isospline/viewer/page/histogram.js";
-import {resultText} from "../../python/isospline/viewer/page/measurements.js";
+import {apart, resultText} from "../../python/isospline/viewer/page/measurements.js";
 import {between, suggested} from "../../python/isospline/viewer/page/panel.js";
 
 test("numbers have a point or a comma, and nothing else is one", () => {
@@ -52,4 +52,12 @@ test("levels of whole numbers stay halfway between them, also at the ends", () =
   assert.deepEqual([stepped(0.5, 1, endsOf(bits)), stepped(0.5, -1, endsOf(bits)), nearest(0.9, 1, bits)], [0.5, 0.5, 0.5]);
   const continuous = {range: [-1, 1], spacing_of_values: 0};
   assert.deepEqual([stepped(0.95, 0.1, endsOf(continuous)), nearest(-0.97, 0.25, continuous), nearest(3, 0.25, continuous)], [1, -1, 1]);
+});
+
+test("labels of near measurements are below each other", () => {
+  const at = (text, x, y) => ({text, place: [x, y]}), placed = apart([at("1: 12.5", 100, 50), at("2: 40", 110, 52), at("3", 300, 50), at("4: 7", 90, 60)]);
+  assert.deepEqual(placed.map(({place}) => place[0]), [100, 110, 300, 90]);
+  const tops = placed.map(({place}) => place[1]).toSorted((a, b) => a - b);
+  assert.deepEqual([tops[0], tops[1]], [50, 50]);
+  assert.ok(tops[2] - 50 >= 12 && tops[3] - tops[2] >= 12);
 });

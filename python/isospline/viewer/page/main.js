@@ -121,6 +121,12 @@ export class App {
   get patient() { return [...this.sources.values()].some(source => source.patient); }
   get unit() { return this.patient ? " mm" : ""; }
 
+  // The name of a source, with a number if an earlier one has the same.
+  nameOf(source) {
+    const same = [...this.sources.values()].filter(each => each.name === source.name), place = same.findIndex(each => each.key === source.key);
+    return place > 0 ? `${source.name} (${place + 1})` : source.name;
+  }
+
   object(id) { return this.state?.objects.find(each => each.id === id); }
 
   /** @param {Viewer.ToPage} message */

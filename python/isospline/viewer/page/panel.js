@@ -70,13 +70,13 @@ export class Panel {
 
   drawObject(each) {
     const {app} = this, source = app.sources.get(each.source);
-    const change = changes => app.changeObject(each.id, changes);
+    const change = changes => app.changeObject(each.id, changes), title = source ? app.nameOf(source) : each.source;
     const color = make("input", {type: "color", value: each.color, "aria-label": "Colour", title: "Colour"});
     color.oninput = () => change({color: color.value});
-    const name = make("button", {class: "bare name", title: source?.name, "aria-expanded": String(app.selected === each.id),
-      onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, source?.name ?? each.source);
+    const name = make("button", {class: "bare name", title, "aria-expanded": String(app.selected === each.id),
+      onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, title);
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
-      : this.number(`Level of ${source?.name}`, each.level, value => change({level: value}),
+      : this.number(`Level of ${title}`, each.level, value => change({level: value}),
         {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], ends: source && endsOf(source), span: spanOf(source), live: true});
     const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
       make("div", {class: "head"}, color, name, level,
@@ -97,7 +97,7 @@ export class Panel {
     const {app} = this, rules = Object.fromEntries(app.options.color_rules.map(rule => [rule, RULES[rule]]));
     if (!app.sources.get(each.source)?.has_rule) delete rules.own;
     if (each.level === null) for (const rule of Object.keys(rules)) if (rule.includes("curvature")) delete rules[rule];
-    for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${source.name}`;
+    for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${app.nameOf(source)}`;
     const edges = slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01, silhouette_opacity => change({silhouette_opacity}));
     const pieces = {all: "All"};
     for (const count of [1, 2, 3, 5, 10, each.largest ?? 1].sort((a, b) => a - b)) pieces[`+${count}`] = count === 1 ? "The largest" : `The ${count} largest`;
@@ -132,15 +132,15 @@ export class Panel {
   drawAdd() {
     const {app} = this;
     return [...app.sources.values()].map(source => {
-      const isShown = app.state.objects.some(each => each.source === source.key);
-      const name = source.kind === "mesh" ? `+ ${source.name}` : app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
+      const title = app.nameOf(source), isShown = app.state.objects.some(each => each.source === source.key);
+      const name = source.kind === "mesh" ? `+ ${title}` : app.sources.size > 1 ? `+ level of ${title}` : "+ level";
       const level = () => {
         const levels = app.state.objects.filter(each => each.source === source.key).map(each => each.level);
         return suggested(levels, source) ?? between(levels, source.range);
       };
-      return make("div", {class: "row source"}, source.kind === "mesh" && isShown ? make("span", {class: "name"}, source.name)
+      return make("div", {class: "row source"}, source.kind === "mesh" && isShown ? make("span", {class: "name"}, title)
         : make("button", {"data-key": `add ${source.key}`, onclick: () => app.change({type: "add_object", source: source.key, level: source.kind === "mesh" ? null : level()})}, name),
-        make("button", {class: "bare", title: `Close ${source.name}; this cannot be undone`, "aria-label": `Close ${source.name}`, "data-key": `close ${source.key}`,
+        make("button", {class: "bare", title: `Close ${title}; this cannot be undone`, "aria-label": `Close ${title}`, "data-key": `close ${source.key}`,
           onclick: () => app.send({type: "close", source: source.key})}, "Close"));
     });
   }
@@ -195,7 +195,7 @@ export class Panel {
     const set = (width, level) => change({window: [level - width / 2, level + width / 2]});
     return [
       make("div", {class: "row"}, checkbox("Show three slices", slices.shown, shown => change({shown}))),
-      volumes.length > 1 && field("Volume", select("Volume", Object.fromEntries(volumes.map(each => [each.key, each.name])), slices.volume, key => {
+      volumes.length > 1 && field("Volume", select("Volume", Object.fromEntries(volumes.map(each => [each.key, app.nameOf(each)])), slices.volume, key => {
         const other = app.sources.get(key);
         change({volume: key, index: other.counts.map(each => (each - 1) / 2), window: other.window});
       })),

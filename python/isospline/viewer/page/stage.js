@@ -179,7 +179,7 @@ export class Stage {
     const sources = [...keys].map(key => this.app.sources.get(key)).filter(Boolean);
     byId("value-bars").replaceChildren(...sources.map(source => {
       const [low, high] = slices.window && slices.volume === source.key ? slices.window : source.window;
-      return make("div", {class: "value-bar"}, make("span", {}, sources.length > 1 ? source.name : "Value"), make("i"),
+      return make("div", {class: "value-bar"}, make("span", {}, sources.length > 1 ? this.app.nameOf(source) : "Value"), make("i"),
         make("div", {}, ...[low, (low + high) / 2, high].map(value => make("span", {}, tidy(value, high - low || undefined)))));
     }));
   }
