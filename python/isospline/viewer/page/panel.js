@@ -240,7 +240,7 @@ export class Panel {
   }
 
   drawSaves() {
-    const {app} = this, options = {transparent: false}; // and width and height, if they are not those of the picture
+    const {app} = this, options = {transparent: false, measurements: true}; // and width and height, if they are not those of the picture
     const sides = Object.fromEntries(["Width", "Height"].map(name => [name.toLowerCase(), this.number(name, 1, value => {
       options[name.toLowerCase()] = value;
     }, {step: 1, least: 1, most: 16384, whole: true})]));
@@ -251,7 +251,8 @@ export class Panel {
     byId("saving").append(
       field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height,
         make("button", {class: "bare", title: "Size of the picture", "aria-label": "Size of the picture", onclick: forget}, "↺"))),
-      make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; })),
+      make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; }),
+        checkbox("Measurements", true, measurements => { options.measurements = measurements; })),
       make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
         make("button", {"data-save": what, onclick: () => app.send({type: "save", what: /** @type {any} */ (what), options})}, name))));
   }
