@@ -229,6 +229,7 @@ declare namespace Viewer {
     format: string;
     samples: number;
     final: boolean;
+    objects: number;
     scales: number[];
     milliseconds: number[];
   }

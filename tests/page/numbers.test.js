@@ -3,8 +3,9 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import {parseNumber, tidy} from "../../python/isospline/viewer/page/dom.js";
-import {resultText} from "../../python/isospline/viewer/page/measurements.js";
+import {parseNumber, stepped, tidy} from "../../python/isospline/viewer/page/dom.js";
+import {endsOf, nearest} from "../../python/isospline/viewer/page/histogram.js";
+import {apart, resultText} from "../../python/isospline/viewer/page/measurements.js";
 import {between, suggested} from "../../python/isospline/viewer/page/panel.js";
 
 test("numbers have a point or a comma, and nothing else is one", () => {
@@ -13,7 +14,13 @@ test("numbers have a point or a comma, and nothing else is one", () => {
 });
 
 test("numbers are shown whole, or with six digits", () => {
-  assert.deepEqual([1234567, 1234567.8, 0.1 + 0.2, -0.00001234567, null].map(tidy), ["1234567", "1234570", "0.3", "-0.0000123457", "–"]);
+  assert.deepEqual([1234567, 1234567.8, 0.1 + 0.2, -0.00001234567, null].map(each => tidy(each)), ["1234567", "1234570", "0.3", "-0.0000123457", "–"]);
+});
+
+test("numbers of a narrow range have the digits that tell them apart", () => {
+  assert.deepEqual([1e9 + 123.5, 1e9 + 124, 1e9 + 123.456789].map(value => tidy(value, 1000)), ["1000000123.5", "1000000124", "1000000123.46"]);
+  assert.deepEqual([tidy(-1000.00012345678, 1e-4), tidy(0.123456789, 50), tidy(1.5, 0)], ["-1000.000123457", "0.123457", "1.5"]);
+  assert.equal(between([1e9 + 500.5], [1e9, 1e9 + 1000]), 1e9 + 250.25);
 });
 
 test("results have units", () => {
@@ -31,4 +38,26 @@ test("new levels are suggested ones, and then in the widest gap", () => {
   assert.equal(suggested([110, 290, 45], source), undefined);
   assert.equal(between([110, 290, 45], source.range), 645);
   assert.equal(between([], [0, 1]), 0.5);
+});
+
+test("levels of whole numbers stay halfway between them, also at the ends", () => {
+  const bytes = {range: [0, 255], spacing_of_values: 1}, ends = endsOf(bytes);
+  const walk = (from, ...steps) => steps.map(step => (from = stepped(from, step, ends)));
+  assert.deepEqual(walk(253.5, 1, 1, 1, -1, -1), [254.5, 254.5, 254.5, 253.5, 252.5]);
+  assert.deepEqual(walk(2.5, -10, -1, 1), [0.5, 0.5, 1.5]);
+  assert.deepEqual(walk(70, 1, -0.5), [71, 70.5]); // one that was typed in keeps its part of a step
+  assert.deepEqual(walk(255, 1, -1), [255, 253.5]);
+  assert.deepEqual([-3, 127.3, 300].map(value => nearest(value, 1, bytes)), [0.5, 127.5, 254.5]);
+  const bits = {range: [0, 1], spacing_of_values: 1};
+  assert.deepEqual([stepped(0.5, 1, endsOf(bits)), stepped(0.5, -1, endsOf(bits)), nearest(0.9, 1, bits)], [0.5, 0.5, 0.5]);
+  const continuous = {range: [-1, 1], spacing_of_values: 0};
+  assert.deepEqual([stepped(0.95, 0.1, endsOf(continuous)), nearest(-0.97, 0.25, continuous), nearest(3, 0.25, continuous)], [1, -1, 1]);
+});
+
+test("labels of near measurements are below each other", () => {
+  const at = (text, x, y) => ({text, place: [x, y]}), placed = apart([at("1: 12.5", 100, 50), at("2: 40", 110, 52), at("3", 300, 50), at("4: 7", 90, 60)]);
+  assert.deepEqual(placed.map(({place}) => place[0]), [100, 110, 300, 90]);
+  const tops = placed.map(({place}) => place[1]).toSorted((a, b) => a - b);
+  assert.deepEqual([tops[0], tops[1]], [50, 50]);
+  assert.ok(tops[2] - 50 >= 12 && tops[3] - tops[2] >= 12);
 });

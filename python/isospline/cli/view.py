@@ -12,6 +12,8 @@ import isospline
 
 from ..base.parameters import check_count
 from ..io.read import has_names
+from ..picture.annotations import ANNOTATIONS
+from ..picture.marks import unit_of
 from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.detail import is_store
 from .given import OF_FILES, READING, flag, keywords, refuse_without
@@ -99,6 +101,7 @@ def session_image(arguments, progress):
     from ..viewer.bundle import is_bundle, unpack
     from ..viewer.document import Document
     from ..viewer.picture import FINAL_SAMPLES, PictureMaker, Stage
+    from ..viewer.rulers import draw_measurements
     from ..viewer.session import open_session, read_session
 
     document = Document()
@@ -115,7 +118,10 @@ def session_image(arguments, progress):
     stage = Stage(samples, True)
     maker = PictureMaker(document)
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
-    return marks_for(arguments, maker.scene, maker.look(state)).draw(image, state.camera.camera(), is_fitted=False)
+    camera = state.camera.camera()
+    if arguments.annotate == ANNOTATIONS:
+        draw_measurements(image, state.measurements, camera, unit_of(maker.scene))
+    return marks_for(arguments, maker.scene, maker.look(state)).draw(image, camera, is_fitted=False)
 
 
 def _plain(value):

@@ -173,7 +173,10 @@ def errors_name(path: str | os.PathLike[str], format: str, extra: str = "io") ->
         ) from error
     except Exception as error:
         if isinstance(error, OSError) and error.filename is not None:
-            raise
+            if os.path.isdir(path) or os.path.basename(error.filename) == os.path.basename(path):
+                raise
+            reason = f"{error.strerror}, for a file that {printable(os.path.basename(path))} names"
+            raise OSError(error.errno, reason, error.filename) from error
         # A position outside of the file comes from its header, and is not a failure of the system.
         if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
             raise OSError(error.errno, error.strerror, str(path)) from error

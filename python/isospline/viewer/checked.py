@@ -127,6 +127,14 @@ def vector(count):
     return check
 
 
+def interval(value, name):
+    """Two finite numbers that differ."""
+    first, last = vector(2)(value, name)
+    if first == last:
+        raise ValueError(f"{name}: expected two finite numbers that differ, got {first:g} and {last:g}")
+    return first, last
+
+
 def options(*names):
     """Some of the named values, such as keyword arguments."""
 

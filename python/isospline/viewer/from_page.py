@@ -194,7 +194,9 @@ class Save(Checked):
     """Make a file for the page to save. The options are those of `save.save`."""
 
     what: str = field(choice(*SAVED, "measurements"))
-    options: dict[str, Any] = field(options("width", "height", "transparent", "pictures", "samples"), {})
+    options: dict[str, Any] = field(
+        options("width", "height", "transparent", "measurements", "pictures", "samples"), {}
+    )
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,13 @@ import numpy as np
 from .. import _core
 from ..interop.single_precision import offset_for
 from ..picture.cameras import extent_of, turn
+from ..picture.marks import unit_of
 from ..picture.video import write_video
 from ..scene import Isosurface, Mesh
 from .bundle import write_bundle
 from .checked import choice, count, flag
 from .picture import FINAL_SAMPLES, Stage
+from .rulers import draw_measurements
 from .script import script
 from .session import session_of, sources_of
 from .state import CameraState
@@ -40,8 +42,9 @@ def save(viewer, what, state, size, options):
     size : (int, int)
         Width and height of pictures.
     options : dict
-        "width" and "height" of pictures, if they are not `size`; whether their background is "transparent"; "pictures"
-        and "samples" of a turntable, whose background is never transparent.
+        "width" and "height" of pictures, if they are not `size`; whether their background is "transparent"; whether PNG
+        files show "measurements", by default they do; "pictures" and "samples" of a turntable, whose background is
+        never transparent.
     """
     choice(*SAVED)(what, "what")
     size = _size(options, size)
@@ -69,7 +72,10 @@ def save(viewer, what, state, size, options):
             look = {"layers": ("depth", "normal", "position") if what == "exr" else (), "background": background}
             with viewer.making() as maker:
                 stage = Stage(FINAL_SAMPLES[state.light], True)
-                maker.render(state, size, stage, _progress(viewer, "rendering"), **look).write(path)
+                image = maker.render(state, size, stage, _progress(viewer, "rendering"), **look)
+                if what == "png" and flag(options.get("measurements", True), "measurements"):
+                    draw_measurements(image, state.measurements, state.camera.camera(), unit_of(maker.scene))
+                image.write(path)
                 maker.end_path_tracing()
         with open(path, "rb") as file:
             return os.path.basename(path), file.read()

@@ -10,7 +10,22 @@ import numpy as np
 from ..cameras import OrthographicCamera, PerspectiveCamera
 from ..clips import Box, HalfSpace
 from ..colors import BACKGROUND, COLORS, CURVATURES
-from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
+from .checked import (
+    Checked,
+    choice,
+    color,
+    count,
+    field,
+    flag,
+    interval,
+    number,
+    optional,
+    record,
+    records,
+    text,
+    vector,
+    whole,
+)
 from .measurements import Measurement
 
 #: The lights of the viewer.
@@ -55,7 +70,7 @@ class ObjectState(Checked):
     visible: bool = field(flag, True)
     color_by: str = field(text, "color")
     cmap: str = field(choice(*COLOR_MAPS), "coolwarm")
-    limits: tuple[float, ...] | None = field(optional(vector(2)), None)
+    limits: tuple[float, ...] | None = field(optional(interval), None)
     metallic: float = field(number(0, 1), 0.0)
     roughness: float = field(number(0, 1), 0.5)
 

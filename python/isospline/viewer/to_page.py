@@ -139,7 +139,10 @@ class Uploaded:
 @one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Frame:
-    """A picture; it is followed by its file. `samples` is 0 in movement; `scales` are those of volumes in stores."""
+    """A picture of some objects; it is followed by its file.
+
+    `samples` is 0 in movement; `scales` are those of volumes in stores.
+    """
 
     input: int
     size: tuple[int, ...]
@@ -147,6 +150,7 @@ class Frame:
     format: str
     samples: int
     final: bool
+    objects: int
     scales: tuple[int, ...]
     milliseconds: tuple[float, ...]
 

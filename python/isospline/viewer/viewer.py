@@ -62,6 +62,7 @@ class Viewer:
         self._making = threading.Lock()
         self._maker = PictureMaker(self.document)
         self._camera = None
+        self.progress = Progress(None, 1.0)
         self.uploads = Uploads(upload_limit, upload_count)
         #: Another value for each viewer: a page sees that it is connected to another one.
         self.run = secrets.token_hex(8)
@@ -233,17 +234,27 @@ class Viewer:
                 mask = source.mask(look.get("body_level"))
                 kept, found = count_pieces(Isosurface(source.item, level, mask=mask))
                 look = {**look, "largest": kept if kept < found else None}
-        first = not self._state.objects
 
         def add(state):
             for level in levels:
                 state = state.with_new_object(source.key, level, **look)
             return self._with_slices(state, source.key, source.middle, source.window()) if source.is_volume else state
 
+        self._make_room(add(self.state), source)
         self.change(add)
         for window in self.windows():
-            window.document_changed(fit=first)
+            window.document_changed()
         return source
+
+    def _make_room(self, state, source):
+        """Move the cameras before a source is shown in a state: for the first, and for one that reaches farther."""
+        before = {each.source for each in self._state.objects}
+        known, box = self.document.bounds(before), np.asarray(source.item.bounds)
+        if before and (known[0] <= box[0]).all() and (box[1] <= known[1]).all():
+            return
+        self.tell(f"finding the view of {source.name}", 0.0)
+        for window in self.windows():
+            window.make_room(state, box if before else None)
 
     @staticmethod
     def _with_slices(state, key, index, window):
@@ -278,9 +289,10 @@ class Viewer:
                 self._windows.remove(window)
 
     def tell(self, title, fraction):
-        """Show the progress of long work in all windows; a title of None ends it."""
+        """Show the progress of long work in all windows, also new ones; a title of None ends it."""
+        self.progress = Progress(title, fraction)
         for window in self.windows():
-            window.send(Progress(title, fraction))
+            window.send(self.progress)
 
     def remember_camera(self, camera):
         """Remember the camera that was moved last, for new windows and for sessions."""
@@ -298,9 +310,9 @@ class Viewer:
         with self._making:
             yield self._maker
 
-    def camera_towards(self, view, size, projection="perspective", field_of_view=30.0):
-        """The state of a camera that shows all objects from a side."""
-        state = self.state
+    def camera_towards(self, view, size, projection="perspective", field_of_view=30.0, *, up=None, state=None):
+        """The state of a camera that shows all objects from a side, of the viewer's state or another one."""
+        state = state or self.state
         with self.making() as maker:
             seen = maker.scene if maker.geometry_ids(state) else self.document.bounds()
             if seen is maker.scene and not np.isfinite(seen.bounds).all():
@@ -309,7 +321,7 @@ class Viewer:
             camera = camera_for(
                 seen,
                 view=view if suggested is None else suggested.view,
-                up=None if suggested is None else suggested.up,
+                up=up if suggested is None else suggested.up,
                 projection=projection,
                 field_of_view=field_of_view,
                 size=size,

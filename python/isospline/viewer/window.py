@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import re
 import threading
 import time
+
+import numpy as np
 
 from .. import colors
 from . import to_page
@@ -77,6 +80,17 @@ class Window:
         if fit and self._size:
             self._viewer.submit(self._look_from, "home")
 
+    def make_room(self, state, box=None):
+        """Move the camera for a state that will be shown: home, or backwards if not all of a box is in the picture."""
+        with self._lock:
+            camera, size = self._camera, self._size
+        if size is None:
+            return
+        if box is None:
+            self._look_from("home", state=state)
+        elif camera is not None and not _shows(camera.camera(), size, box):
+            self._look_from(tuple(np.subtract(camera.eye, camera.target)), up=camera.up, state=state)
+
     def source_closed(self):
         """Forget a source that was closed: the picture is drawn again, without it."""
         self.document_changed()
@@ -125,6 +139,7 @@ class Window:
             format="jpeg" if stage is None else "png",
             samples=stage.samples if stage else 0,
             final=stage is not None and stage.final,
+            objects=len(self._maker.scene.ids),
             scales=tuple(sorted(set(self._maker.scales.values()))),
             milliseconds=((drawn - begin) * 1e3, (end - drawn) * 1e3),
         )
@@ -190,6 +205,8 @@ class Window:
         self._set_size(message)
         maps = {name: tuple(map(colors.hex_of, colors.color_map(name)[::17])) for name in COLOR_MAPS}
         self.send(to_page.Options(self._viewer.run, maps, COLOR_RULES))
+        if self._viewer.progress.title is not None:
+            self.send(self._viewer.progress)
         state = self._viewer.state
         self.document_changed(fit=state.camera is None)
         self.state_changed()
@@ -217,13 +234,13 @@ class Window:
     def _on_look(self, message):
         self._viewer.submit(self._look_from, message.view)
 
-    def _look_from(self, view):
+    def _look_from(self, view, **options):
         try:
             with self._lock:
                 now, size = self._camera, self._size
             angle = now.field_of_view if now else 30.0
             projection = now.projection if now else "perspective"
-            self.set_camera(self._viewer.camera_towards(view, size, projection, angle))
+            self.set_camera(self._viewer.camera_towards(view, size, projection, angle, **options))
         except Exception as error:
             self._failed(error)
 
@@ -331,10 +348,11 @@ class Window:
 
     def _on_restore(self, message):
         """Show the state of a page that was connected to another viewer, as far as the same files are open."""
-        names = {each.key: each.name for each in message.sources}
-        state, keys = message.state, {}
-        for each in self._viewer.document:
-            keys.update({key: each.key for key, name in names.items() if name == each.name})
+        state, keys, left = message.state, {}, list(message.sources)
+        for each in self._viewer.document:  # files of the same name are in order
+            if (before := next((old for old in left if old.name == each.name), None)) is not None:
+                keys[before.key] = each.key
+                left.remove(before)
         self._viewer.change(lambda _: state.with_keys(keys).replace(camera=None))
         if state.camera is not None:
             self.set_camera(state.camera)
@@ -356,6 +374,13 @@ class Window:
         self._viewer.detach(self)
         self._frames.close()
         self._slices.close()
+
+
+def _shows(camera, size, box):
+    """Whether all corners of a box are in a camera's picture."""
+    corners = np.array([[*corner, 1.0] for corner in itertools.product(*np.transpose(box))])
+    x, y, _, depth = camera.world_to_ndc(size) @ corners.T
+    return bool((depth > 0).all() and all(((each >= 0) & (each <= depth)).all() for each in (x, y)))
 
 
 def _finite(text):

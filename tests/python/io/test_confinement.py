@@ -92,6 +92,16 @@ def test_missing_files_outside_are_refused_in_the_same_words(folders):
         read_volume(inside / "a.mhd", within=inside)
 
 
+@pytest.mark.parametrize("within", [True, False])
+def test_errors_of_missing_samples_name_the_header(folders, within):
+    inside, _ = folders
+    (inside / "a.mhd").write_text(METAIMAGE.format("", "missing.raw"), encoding="utf-8")
+    (inside / "a.nhdr").write_text(NRRD.format("raw", "data file", "missing.raw"), encoding="utf-8")
+    for name in ("a.mhd", "a.nhdr"):
+        with pytest.raises(FileNotFoundError, match=rf"for a file that {name} names: '.*missing\.raw'"):
+            read_volume(inside / name, within=inside if within else None)
+
+
 def test_references_inside_are_read(folders):
     inside, _ = folders
     (inside / "deep").mkdir()

@@ -3,6 +3,7 @@
 import gc
 import io
 import os
+import threading
 import time
 import weakref
 
@@ -12,6 +13,7 @@ import pytest
 
 pytest.importorskip("playwright")
 from browser import shown as show
+from viewer_client import Client
 
 import isospline
 from isospline.viewer.history import History
@@ -217,3 +219,70 @@ def test_pictures_are_saved_at_any_size_and_without_background(shown):
     page.page.set_viewport_size({"width": 640, "height": 200})
     page.wait("document.querySelector('[aria-label=Height]').value === '200'")
     page.settle()
+
+
+def camera_after(client, action):
+    """The camera before the first picture of what an action shows."""
+    action()
+    camera = None
+    while True:
+        about, _ = client.receive("camera_moved", "frame")
+        if about["type"] == "camera_moved":
+            camera = about["camera"]
+        elif about["objects"]:
+            return camera, about["camera"]
+
+
+def test_a_larger_file_is_in_the_picture_from_the_same_side(tmp_path):
+    small, large = (isospline.VolumeData(np.pad(np.ones((4, 4, 4)), 4), spacing=(s, s, s)) for s in (1, 5))
+    with isospline.view(browser=False) as viewer:
+        client = Client(viewer)
+        client.receive("frame")  # of nothing
+        moved, first = camera_after(client, lambda: viewer.add(small, levels=[0.5]))
+        assert moved == first  # the picture and the camera come together
+        key = next(iter(viewer.document)).key
+        for levels in ([0.4], [0.3]):  # what reaches no farther does not move the camera
+            again = camera_after(client, lambda levels=levels: viewer.add(small, levels=levels))
+            assert again == (None, first)
+        moved, second = camera_after(client, lambda: viewer.add(large, levels=[0.5]))
+        assert moved == second
+        eyes = [np.subtract(each["eye"], each["target"]) for each in (first, second)]
+        directions = [eye / np.linalg.norm(eye) for eye in eyes]
+        np.testing.assert_allclose(directions[0], directions[1], atol=1e-6)
+        assert np.linalg.norm(eyes[1]) > 3 * np.linalg.norm(eyes[0]) and viewer.document[key].name == key
+        client.close()
+
+
+def test_a_page_says_that_the_file_is_read(browser, ball, monkeypatch):
+    """Also one that is opened meanwhile, which has no scale, cube or status of an empty picture."""
+    from browser import Page
+
+    shown, reading = threading.Event(), isospline.viewer.document.read_volume
+
+    def read_volume(*arguments, **options):
+        shown.wait(30)
+        return reading(*arguments, **options)
+
+    with isospline.view(browser=False) as viewer:
+        page = Page(browser, viewer.url)
+        page.wait("!!isospline.frame")
+        assert page.page.inner_text("#welcome") == "Drop a volume or a mesh here"
+        monkeypatch.setattr("isospline.viewer.document.read_volume", read_volume)
+        viewer.submit(viewer.open, ball)
+        other = Page(browser, viewer.url)
+        for each in (page, other):
+            each.wait("document.getElementById('progress').innerText.includes('reading ball.npy')")
+            assert not each.page.is_visible("#welcome")
+        shown.set()
+        for each in (page, other):
+            each.settle()
+            each.wait("document.getElementById('progress').hidden && isospline.frame.objects === 1")
+            assert each.page.is_visible("#scale-bar") and each.page.is_visible("#status")
+            assert not each.page.is_visible("#welcome")
+        viewer.add(np.load(ball).astype(float), levels=[10])
+        page.wait("isospline.selected === 1")  # the new file's
+        viewer.change(lambda state: state.without_object(0).without_object(1))
+        page.wait("document.getElementById('welcome').innerText === 'No surface is shown'")
+        for each in (page, other):
+            each.close()
+            assert not each.problems

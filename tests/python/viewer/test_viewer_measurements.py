@@ -5,14 +5,20 @@ import io
 import math
 
 import numpy as np
+import PIL.Image
 import pytest
 
 pytest.importorskip("playwright")
 from browser import shown as show
 
+import isospline
+from isospline import volumes
+from isospline.cli.main import main
 from isospline.viewer.measurements import MeasuredPoint, Measurement, with_point
-from isospline.viewer.session import read_session
-from isospline.viewer.state import ViewState
+from isospline.viewer.rulers import result_text
+from isospline.viewer.save import save
+from isospline.viewer.session import read_session, session_of, write_session
+from isospline.viewer.state import CameraState, ViewState
 
 LABELS = "[...document.querySelectorAll('#overlay text.measured')].map(each => each.textContent)"
 
@@ -151,3 +157,67 @@ def test_a_measurement_has_the_points_of_its_tool():
         Measurement(1, "distance", (point,) * 3)
     with pytest.raises(ValueError, match=r"tool: expected one of point, distance, angle, thickness, got 'ruler'"):
         Measurement(1, "ruler", (point,))
+
+
+def point(*position, **options):
+    return MeasuredPoint(0, position, (0.0, 0.0, 1.0), **options)
+
+
+def test_saved_pictures_show_measurements(tmp_path):
+    """Where an independent projection says: from below, x to the right, z upwards, 10 pixels a unit."""
+    data = isospline.VolumeData(volumes.sphere(0.3).values(21), unit="mm")
+    volume = data.to_volume()
+    camera = CameraState((10.0, -50.0, 10.0), (10.0, 10.0, 10.0), (0.0, 0.0, 1.0), "orthographic", height=20.0)
+    every = (
+        Measurement(1, "distance", (point(4.0, 0.0, 16.0), point(16.0, 0.0, 16.0))),
+        Measurement(2, "angle", (point(2.0, 0.0, 2.0), point(5.0, 0.0, 2.0), point(5.0, 0.0, 6.0))),
+        Measurement(3, "thickness", (point(15.0, 0.0, 6.0, thickness=4.0),)),
+    )
+    with isospline.view(volume, levels=[0.0], browser=False) as viewer:
+        state = viewer.state.replace(camera=camera, light="phong", measurements=every)
+
+        def saved(**options):
+            _, content = save(viewer, "png", state, (200, 200), options)
+            return np.asarray(PIL.Image.open(io.BytesIO(content)).convert("RGB")).astype(int)
+
+        plain, drawn = saved(measurements=False), saved()
+        large = saved(width=400, height=400)
+    accent = np.abs(drawn - (200, 85, 61)).max(axis=-1) < 60
+    for x, z in ((4, 16), (7, 16), (16, 16), (3, 2), (5, 2), (5, 4), (15, 6), (15, 2), (17, 4), (13, 4)):
+        assert accent[200 - 10 * z - 1 : 200 - 10 * z + 1, 10 * x - 1 : 10 * x + 1].any(), (x, z)
+    changed = (drawn != plain).any(axis=-1)
+    assert not changed[110:130, 20:40].any() and 0.01 < changed.mean() < 0.2
+    ink = np.abs(large - (31, 41, 51)).max(axis=-1) < 60
+    for x, z in ((10, 16), (5, 2), (15, 6)):  # texts are to the right of their places and above them
+        assert ink[400 - 20 * z - 25 : 400 - 20 * z, 20 * x : 20 * x + 60].sum() > 10, (x, z)
+    assert (np.abs(large - (200, 85, 61)).max(axis=-1) < 60)[80 - 2 : 80 + 2, 140:142].any()
+
+
+def test_results_in_pictures_have_units():
+    distance = Measurement(1, "distance", (point(0.0, 0.0, 0.0), point(12345.6, 0.0, 0.0)))
+    angle = Measurement(2, "angle", (point(1.0, 0.0, 0.0), point(0.0, 0.0, 0.0), point(0.0, 2.0, 0.0)))
+    open_distance, nothing = (
+        Measurement(3, "distance", (point(0.0, 0.0, 0.0),)),
+        Measurement(4, "thickness", (point(1.0, 0.0, 0.0),)),
+    )
+    texts = [result_text(each, "mm") for each in (distance, angle, open_distance, nothing)]
+    assert texts == [": 12350 mm", ": 90°", "", ": no other side"]
+    assert result_text(distance, "") == ": 12350"
+
+
+def test_pictures_of_sessions_show_measurements_if_annotated(ball, tmp_path):
+    length = Measurement(1, "distance", (point(3.0, 10.0, 10.0), point(16.0, 10.0, 10.0)))
+    camera = CameraState((10.0, -50.0, 10.0), (10.0, 10.0, 10.0), (0.0, 0.0, 1.0))
+    with isospline.view(ball, browser=False) as viewer:
+        state = viewer.state.replace(camera=camera, light="phong", measurements=(length,))
+        write_session(tmp_path / "a.json", session_of(viewer.document, state))
+    pictures = []
+    for more in (["--annotate"], []):
+        command = ["render", "--session", tmp_path / "a.json", "-o", tmp_path / "a.png", "--size", "160x120", *more]
+        assert main([*map(str, command), "--quiet"]) == 0
+        pictures.append(np.asarray(PIL.Image.open(tmp_path / "a.png").convert("RGB")).astype(int))
+    changed = (pictures[0] != pictures[1]).any(axis=-1)
+    for x in (4.0, 9.0, 15.0):
+        column, row, _, depth = camera.camera().world_to_ndc((160, 120)) @ (x, 10.0, 10.0, 1.0)
+        column, row = round(160 * column / depth), round(120 * row / depth)
+        assert changed[row - 1 : row + 1, column].all() and not changed[row + 8 : row + 12, column].any()

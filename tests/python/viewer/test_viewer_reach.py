@@ -109,3 +109,85 @@ def test_the_keyboard_alone_selects_opens_and_cuts(shown, large_ball):
     keyboard.press("ArrowUp")
     page.settle()
     np.testing.assert_allclose(viewer.state.clip.maximum, np.add(maximum, (0, 0, 0.65)))
+
+
+def pressed(page, *keys):
+    for key in keys:
+        page.page.keyboard.press(key)
+    page.settle()
+    return page.evaluate("isospline.camera")
+
+
+def test_the_keyboard_alone_pans_and_measures(shown):
+    page, viewer = shown
+    page.page.locator("#picture").focus()
+    start = pressed(page)
+    panned = pressed(page, "Shift+ArrowRight", "Shift+ArrowUp")
+    move = np.subtract(panned["target"], start["target"])
+    np.testing.assert_allclose(np.subtract(panned["eye"], start["eye"]), move)
+    right = np.cross(np.subtract(start["target"], start["eye"]), start["up"])
+    assert move @ right < 0 and move[2] < 0  # the ball moves to the right and upwards
+    assert pressed(page, "Shift+ArrowLeft", "Shift+ArrowDown")["target"] == pytest.approx(start["target"])
+    for key in ("Control+-", "Control+f", "Alt+ArrowLeft"):  # keys of the browser
+        assert page.evaluate(
+            "key => picture.dispatchEvent(new KeyboardEvent('keydown', {cancelable: true, bubbles: true, "
+            "key: key.split('+')[1], ctrlKey: key[0] === 'C', altKey: key[0] === 'A'}))",
+            key,
+        )
+        assert pressed(page)["eye"] == pytest.approx(start["eye"])
+    assert page.page.is_visible("#aim")
+    page.page.keyboard.press("Enter")
+    page.wait("isospline.state.measurements.length === 1")
+    (point,) = viewer.state.measurements[0].points
+    forward, to_point = np.subtract(start["target"], start["eye"]), np.subtract(point.position, start["eye"])
+    assert np.linalg.norm(np.cross(to_point, forward / np.linalg.norm(forward))) < 0.2  # on the camera's axis
+    assert np.linalg.norm(to_point) < np.linalg.norm(forward)
+
+
+def test_what_is_covered_gets_no_focus(shown):
+    page, _ = shown
+
+    def reached(count=70):
+        found = set()
+        for _ in range(count):
+            page.page.keyboard.press("Shift+Tab")
+            found.add(page.evaluate("document.activeElement.closest('#view, #views, #slices, #panel')?.id"))
+        return found - {None}
+
+    page.open("cut")
+    page.page.get_by_role("button", name="Plane").click()
+    page.open("slicing")
+    page.page.get_by_label("Show three slices").click()
+    page.settle()
+    page.page.locator("#slices canvas >> nth=1").focus()
+    page.page.keyboard.press("m")
+    assert reached() == {"slices", "panel"}
+    page.page.locator("#slices canvas >> nth=1").focus()
+    page.page.keyboard.press("m")
+    assert reached() == {"view", "views", "slices", "panel"}
+    page.page.set_viewport_size({"width": 390, "height": 780})
+    page.page.get_by_role("button", name="Controls", exact=True).click()
+    page.page.wait_for_timeout(300)
+    assert reached() == {"panel"}
+    page.page.keyboard.press("Escape")
+    assert page.evaluate("document.activeElement.id") == "show-panel"
+    page.page.wait_for_timeout(300)
+    assert reached(20) == {"view", "views", "slices"}
+    page.page.set_viewport_size({"width": 620, "height": 500})
+
+
+def test_a_tap_of_two_fingers_does_not_measure(shown):
+    page, viewer = shown
+    page.evaluate(
+        """() => {
+            const event = (type, pointerId) => picture.dispatchEvent(new PointerEvent(type,
+                {pointerId, pointerType: "touch", clientX: 140 + pointerId, clientY: 250, bubbles: true, button: 0}));
+            picture.setPointerCapture = () => {};
+            for (const type of ["pointerdown", "pointerup"]) for (const id of [11, 12]) event(type, id);
+            window.after = () => { event("pointerdown", 13); event("pointerup", 13); };
+        }"""
+    )
+    page.page.wait_for_timeout(300)
+    assert viewer.state.measurements == ()
+    page.evaluate("after()")  # a tap of one finger does
+    page.wait("isospline.state.measurements.length === 1")

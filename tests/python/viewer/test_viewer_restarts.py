@@ -3,9 +3,10 @@
 import contextlib
 import time
 
+import numpy as np
 import pytest
 from browser import Page
-from viewer_client import port_of, token_of
+from viewer_client import Client, port_of, token_of
 
 import isospline
 
@@ -109,6 +110,24 @@ def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path)
         assert each.color == "#123456" and viewer.state.light == "outline"
         assert page.evaluate("isospline.camera") == camera
         assert page.messages().strip() == "" and not page.problems
+
+
+def test_files_of_the_same_name_are_shown_again_in_their_order(ball, tmp_path):
+    """What the page asks for: of two, one may be left."""
+    other = tmp_path / "other" / "ball.npy"
+    other.parent.mkdir()
+    np.save(other, 2 * np.load(ball))
+    sources = [{"key": key, "name": "ball.npy"} for key in ("old1", "old2")]
+    objects = [{"id": id, "source": key, "level": 10.0} for id, key in enumerate(("old1", "old2"))]
+    for files, keys in (((ball, other), ["source1", "source2"]), ((ball,), ["source1"])):
+        with isospline.view(*files, browser=False) as viewer:
+            client = Client(viewer)
+            client.receive("state")
+            client.send(type="restore", sources=sources, state={"objects": objects}, input=1)
+            while client.receive("state")[0]["input"] != 1:
+                pass
+            assert [each.source for each in viewer.state.objects] == keys
+            client.close()
 
 
 @pytest.mark.slow

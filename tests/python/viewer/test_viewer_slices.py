@@ -121,6 +121,51 @@ def test_the_keyboard_moves_the_point_as_it_is_drawn(shown):
         assert viewer.state.slices.index == index
 
 
+def test_slices_of_a_sagittal_series_are_upright(browser, head, tmp_path):
+    """The grid runs to the back, to the head and to the right: the shades are those of the places in space."""
+    nibabel = pytest.importorskip("nibabel")
+    orientations = nibabel.orientations
+    image = nibabel.load(head)
+    change = orientations.ornt_transform(
+        orientations.axcodes2ornt(("R", "A", "S")), orientations.axcodes2ornt(("P", "S", "R"))
+    )
+    path = tmp_path / "sagittal.nii.gz"
+    nibabel.save(image.as_reoriented(change), path)
+    with show(browser, path, (760, 400), levels=[100_000]) as (page, viewer):
+        page.open("slicing")
+        page.page.get_by_label("Show three slices").click()
+        page.wait("!!isospline.slices.values?.values[0]")
+        page.settle()
+        low, high = viewer.state.slices.window
+        affine = viewer.document["source1"].item.affine
+        canvases = "document.querySelectorAll('#slices canvas')"
+        # Across the grid's axes, which run to the back, the head and the right: coronal, axial and sagittal.
+        for axis, (right, down) in enumerate(
+            [((1, 0, 0), (0, 0, -1)), ((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, -1))]
+        ):
+            places = []
+            for place in ((0.45, 0.42), (0.55, 0.42), (0.45, 0.58)):
+                found, shade = page.evaluate(
+                    f"""(([x, y]) => {{
+                        const view = isospline.slices.views[{axis}], canvas = {canvases}[{axis}];
+                        const box = canvas.getBoundingClientRect();
+                        const at = [x * canvas.width, y * canvas.height].map(Math.round);
+                        const shade = canvas.getContext('2d').getImageData(...at, 1, 1).data[0];
+                        const client = [box.x + (at[0] + 0.5) / canvas.width * box.width,
+                                        box.y + (at[1] + 0.5) / canvas.height * box.height];
+                        return [isospline.slices.pointAt(view, client).index, shade];
+                    }})""",
+                    place,
+                )
+                places.append((affine @ (*found, 1))[:3])
+                x, y, z = np.divide(places[-1], (-2, -2, 3))  # in the grid of the first file
+                value = x + 100 * y + 10000 * z
+                assert shade == pytest.approx(np.clip((value - low) / (high - low) * 255, 0, 255), abs=3)
+            for other, direction in ((1, right), (2, down)):
+                move = places[other] - places[0]
+                np.testing.assert_allclose(move / np.linalg.norm(move), direction, atol=1e-6)
+
+
 def caption_of(page, place):
     """Index and value that the third slice tells at a place of it, in parts of its width and height."""
     box = page.page.locator("#slices canvas >> nth=2").bounding_box()
@@ -161,11 +206,12 @@ def test_slices_zoom_at_the_pointer_and_get_finer_values(shown):
     assert viewer.state.slices.index == (14.5, 11.5, 9.5)
     seen = page.evaluate(views)[2]
     page.wait(
-        f"JSON.stringify(isospline.slices.values.regions[2]) === JSON.stringify([{seen['lower']}, {seen['upper']}])"
+        f"(({{lower, upper}}) => JSON.stringify([lower, upper]) === JSON.stringify([{seen['lower']}, {seen['upper']}]))"
+        "(isospline.slices.values.values[2])"
     )
-    page.wait("Math.max(...isospline.slices.values.shapes[2]) > 30")
+    page.wait("(({rows, columns}) => Math.max(rows, columns))(isospline.slices.values.values[2]) > 30")
     span = np.subtract(seen["upper"], seen["lower"])
-    rows, columns = page.evaluate("isospline.slices.values.shapes[2]")
+    rows, columns = page.evaluate("(({rows, columns}) => [rows, columns])(isospline.slices.values.values[2])")
     assert max(span) < 6 and (columns - 1, rows - 1) == tuple(np.round(span / 0.125))  # eight points a sample
     # Shades are those of the values there: the window is that of the page.
     low, high = viewer.state.slices.window

@@ -1,5 +1,7 @@
 // Short functions that make elements.
 
+import {clamp} from "./geometry.js";
+
 // An element of the page, of the type that the caller expects.
 /** @type {(id: string) => any} */
 export const byId = id => document.getElementById(id);
@@ -7,6 +9,43 @@ export const byId = id => document.getElementById(id);
 // The element that has the focus.
 /** @type {() => any} */
 export const active = () => document.activeElement;
+
+// -- What the user operates ------------------------------------------------------------------------------------------
+
+/** @type {any} */
+let pressed = null, edited = null; // the element under a pressed pointer, and the control whose value is not complete
+
+// Whether the user operates a control in an element: it keeps what it shows, and is not replaced.
+/** @param {any} element */
+export const isOperated = element => [pressed, edited].some(each => each && element.contains(each));
+
+// Notice what is operated in an element. `ended` is called when that ends, after the click and the change of the focus.
+export function watchOperation(root, ended) {
+  const edit = event => { edited = event.target; };
+  root.addEventListener("input", edit, {capture: true}); // before the control hears it
+  root.addEventListener("click", event => { if (event.target.matches("input[type=color]")) edit(event); });
+  for (const name of ["change", "focusout"]) {
+    root.addEventListener(name, () => {
+      if (edited) setTimeout(ended);
+      edited = null;
+    });
+  }
+  root.addEventListener("pointerdown", event => { if (!event.target.closest("select")) pressed = event.target; }); // its list gets the pointer's end
+  for (const name of ["pointerup", "pointercancel"]) {
+    addEventListener(name, () => {
+      if (pressed) setTimeout(ended);
+      pressed = null;
+      if (!edited?.matches("input.number")) edited = null; // there may be no change after a drag
+    });
+  }
+}
+
+// What a control is called in its part of the page, also when it is drawn anew: the object that it belongs to, and its name.
+/** @param {any} control */
+export const keyOf = control => [control.closest("[data-object]")?.dataset.object,
+  control.dataset.key ?? control.getAttribute("aria-label") ?? control.closest("label")?.textContent ?? control.textContent].join();
+
+// -- Elements --------------------------------------------------------------------------------------------------------
 
 // make("button", {class: "bare", onclick: f}, "text", child, ...)
 export function make(tag, attributes = {}, ...children) {
@@ -48,22 +87,24 @@ export function slider(label, value, least, most, step, change) {
 // that is `live` also changes while the user types.
 /** @param {any} options */
 export function numberInput(label, value, options) {
-  const {step, least = -Infinity, most = Infinity, live = false, whole = false, change, refuse} = options;
+  const {step, least = -Infinity, most = Infinity, ends = [least, most], live = false, whole = false, span, change, refuse} = options;
+  const text = number => tidy(number, span);
   const input = make("input", {type: "text", inputmode: "decimal", class: "number", role: "spinbutton", autocomplete: "off", "aria-label": label});
-  let actual = value, before = value; // the value that counts, and the one when the field was entered
+  let actual = value, before = value; // the value that counts, and the one before the user began to type
   const wrong = number => number === null || whole && !Number.isInteger(number) ? `expected a ${whole ? "whole " : ""}number`
-    : number < least || number > most ? `expected ${Number.isFinite(most) ? `${tidy(least)} to ${tidy(most)}` : `at least ${tidy(least)}`}` : null;
+    : number < least || number > most ? `expected ${Number.isFinite(most) ? `${text(least)} to ${text(most)}` : `at least ${text(least)}`}` : null;
   input.show = number => {
     actual = number;
-    if (input !== active()) input.value = tidy(number);
+    if (isOperated(input)) return;
+    before = number;
+    input.value = text(number);
   };
-  input.onfocus = () => { before = actual; };
   input.onchange = () => {
     const number = parseNumber(input.value), problem = wrong(number);
-    if (problem) refuse(`${label}: ${problem}, got ${input.value.trim() || "nothing"}. It is still ${tidy(before)}.`);
+    if (problem) refuse(`${label}: ${problem}, got ${input.value.trim() || "nothing"}. It is still ${text(before)}.`);
     else before = number;
-    input.value = tidy(before);
-    change(actual = before);
+    input.value = text(before);
+    if (actual !== before) change(actual = before);
   };
   if (live) {
     input.oninput = () => {
@@ -72,15 +113,21 @@ export function numberInput(label, value, options) {
     };
   }
   input.onkeydown = event => {
-    const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = input.value === tidy(actual) ? actual : parseNumber(input.value);
+    const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = input.value === text(actual) ? actual : parseNumber(input.value);
     if (!direction || !step || number === null) return;
     event.preventDefault();
-    actual = before = Math.min(Math.max(number + direction * step, least), most);
-    input.value = tidy(actual);
+    actual = before = stepped(number, direction * step, ends);
+    input.value = text(actual);
     change(actual);
   };
   input.show(value);
   return input;
+}
+
+// A value after a step within ends. From beyond an end, a step only leads back.
+export function stepped(value, step, [first, last]) {
+  const moved = clamp(clamp(value, first, last) + step, first, last);
+  return (moved - value) * step > 0 ? moved : value;
 }
 
 // The number that a text says, or null. A comma is a decimal comma; groups of thousands are not understood.
@@ -103,5 +150,10 @@ export function select(label, options, value, change) {
   return input;
 }
 
-// A number for display: whole, or at most six digits.
-export const tidy = value => value == null ? "–" : String(Number.isInteger(value) ? value : Number(value.toPrecision(6)));
+// A number for display: whole, or at most six digits. One of a range has the digits that tell it from others there.
+export function tidy(value, span = Math.abs(value)) {
+  if (value == null) return "–";
+  if (Number.isInteger(value)) return String(value);
+  const more = Math.floor(Math.log10(Math.abs(value) / span));
+  return String(Number(value.toPrecision(clamp(6 + (Number.isFinite(more) ? more : 0), 6, 15))));
+}

@@ -1,9 +1,22 @@
 // The histogram of a volume's values; the levels of its surfaces can be dragged.
 
 import {clamp} from "./geometry.js";
-import {active, makeSvg, tidy} from "./dom.js";
+import {active, makeSvg, stepped, tidy} from "./dom.js";
 
 const WIDTH = 310, HEIGHT = 112, TOP = 22, BOTTOM = 96;
+
+// The lowest and the highest level that is worth while: of values with a spacing, halfway to the next ones.
+/** @type {(source: any) => [number, number]} */
+export const endsOf = ({range, spacing_of_values: spacing}) => [range[0] + spacing / 2, range[1] - spacing / 2];
+
+// The nearest level that is a number of steps from the lowest one: of values with a spacing, halfway between two of them.
+export function nearest(value, step, source) {
+  const [first, last] = endsOf(source), from = source.spacing_of_values ? first : 0;
+  return clamp(from + Math.round((value - from) / step) * step, first, last);
+}
+
+// The size of a volume's range, for the digits of its values.
+export const spanOf = source => source ? source.range[1] - source.range[0] || undefined : undefined;
 
 export class Histogram {
   /** @param {import("./main.js").App} app
@@ -49,12 +62,12 @@ export class Histogram {
 
   marker(each, place, source) {
     if (place < -1 || place > WIDTH + 1) return null;
-    const marker = makeSvg("g", {class: "level", tabindex: 0, role: "slider", "aria-label": `Level ${tidy(each.level)}`, "aria-valuenow": each.level,
+    const marker = makeSvg("g", {class: "level", tabindex: 0, role: "slider", "aria-label": `Level ${tidy(each.level, spanOf(source))}`, "aria-valuenow": each.level,
       "data-object": each.id},
       makeSvg("rect", {x: place - 8, y: 0, width: 16, height: BOTTOM}),
       makeSvg("line", {x1: place, x2: place, y1: TOP - 4, y2: BOTTOM, stroke: each.color}),
       makeSvg("circle", {cx: place, cy: TOP - 4, r: 6, fill: each.color}),
-      makeSvg("text", {x: clamp(place, 22, WIDTH - 22), y: 10}, tidy(each.level)));
+      makeSvg("text", {x: clamp(place, 22, WIDTH - 22), y: 10}, tidy(each.level, spanOf(source))));
     marker.onpointerdown = event => this.drag(event, each.id, source);
     marker.onkeydown = event => this.key(event, each.id, source);
     return marker;
@@ -73,22 +86,15 @@ export class Histogram {
       makeSvg("path", {class: "bars", d: `${path}L${WIDTH},${BOTTOM}Z`}),
       makeSvg("line", {x1: 0, x2: WIDTH, y1: BOTTOM, y2: BOTTOM, stroke: "#9aa7b3"}),
       ...[[lower, "start"], [upper, "end"]].map(([value, anchor], i) =>
-        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, "font-size": 11, fill: "#66727f"}, tidy(value))),
+        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, class: "end"}, tidy(value, upper - lower))),
       this.markers);
     svg.onwheel = event => this.zoomed(event, source);
     svg.ondblclick = () => { this.zoom = null; this.draw(); };
     this.element.replaceChildren(svg);
   }
 
-  // Levels of values with a spacing are best halfway between two of them.
-  nearest(value, step, source) {
-    const first = source.spacing_of_values ? source.range[0] + source.spacing_of_values / 2 : 0;
-    return first + Math.round((value - first) / step) * step;
-  }
-
-  setLevel(id, value, source) {
-    const level = clamp(value, ...source.range);
-    if (level !== this.app.object(id).level) this.app.changeObject(id, {level: Number(level.toPrecision(12))});
+  setLevel(id, value) {
+    if (value !== this.app.object(id).level) this.app.changeObject(id, {level: Number(value.toPrecision(12))});
   }
 
   drag(event, id, source) {
@@ -99,7 +105,7 @@ export class Histogram {
     const move = now => {
       level += (now.clientX - from) / pixels * (upper - lower) * (now.shiftKey ? 0.1 : 1);
       from = now.clientX;
-      this.setLevel(id, this.nearest(level, this.step(source) * (now.shiftKey ? 0.1 : 1), source), source);
+      this.setLevel(id, nearest(level, this.step(source) * (now.shiftKey ? 0.1 : 1), source));
     };
     const end = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", end); removeEventListener("pointercancel", end); };
     addEventListener("pointermove", move);
@@ -113,7 +119,7 @@ export class Histogram {
     if (!direction) return;
     event.preventDefault();
     const step = this.step(source) * (event.shiftKey ? 0.1 : 1);
-    this.setLevel(id, this.app.object(id).level + direction * step, source);
+    this.setLevel(id, stepped(this.app.object(id).level, direction * step, endsOf(source)));
   }
 
   // The wheel zooms the range about the value under the pointer.

@@ -5,9 +5,8 @@ import {Panel} from "./panel.js";
 import {RawForm} from "./raw.js";
 import {Slices} from "./slices.js";
 import {inCell, openSocket} from "./socket.js";
-import {active, byId, make} from "./dom.js";
-
-const MOST_MESSAGES = 5;
+import {Uploads} from "./uploads.js";
+import {byId, make} from "./dom.js";
 
 export class App {
   constructor() {
@@ -122,6 +121,12 @@ export class App {
   get patient() { return [...this.sources.values()].some(source => source.patient); }
   get unit() { return this.patient ? " mm" : ""; }
 
+  // The name of a source, with a number if an earlier one has the same.
+  nameOf(source) {
+    const same = [...this.sources.values()].filter(each => each.name === source.name), place = same.findIndex(each => each.key === source.key);
+    return place > 0 ? `${source.name} (${place + 1})` : source.name;
+  }
+
   object(id) { return this.state?.objects.find(each => each.id === id); }
 
   /** @param {Viewer.ToPage} message */
@@ -133,14 +138,15 @@ export class App {
       if (message.input < this.stateInput && this.state) return;
       this.history = message.history;
       this.tell("history");
-      const before = JSON.stringify([this.state, limits]);
+      const before = JSON.stringify([this.state, limits]), earlier = this.state?.objects ?? [];
       this.state = message.state;
       this.results = message.results;
       if (JSON.stringify([this.state, this.defaultLimits]) === before) { // the page's own change
         this.before = null;
         return;
       }
-      if (!this.object(this.selected)) this.selected = this.state.objects[0]?.id ?? null;
+      const added = earlier.length && this.state.objects.find(each => !earlier.some(({source}) => source === each.source)); // of a new file
+      if (added || !this.object(this.selected)) this.selected = (added || this.state.objects[0])?.id ?? null;
       this.tell("state", {own: false});
       if (this.before) this.before.isOver = true;
       this.tellLost();
@@ -177,8 +183,8 @@ export class App {
     const {before} = this;
     if (!before?.isOver || !this.sources.size) return; // the viewer may still be reading its first file
     this.before = null;
-    const names = [...this.sources.values()].map(each => each.name);
-    const lost = before.sources.map(each => each.name).filter(name => !names.includes(name));
+    const lost = before.sources.map(each => each.name);
+    for (const {name} of this.sources.values()) if (lost.includes(name)) lost.splice(lost.indexOf(name), 1);
     const note = this.note("The viewer was restarted. "
       + (lost.length ? `No longer open: ${lost.join(", ")}. ` : "") + "Levels, colours, cuts, slices and measurements of before are not shown. ", "note");
     if (lost.length < before.sources.length) {
@@ -209,22 +215,7 @@ export class App {
     element.append(make("button", {class: "bare", "aria-label": "Close the message", onclick: () => element.remove()}, "×"));
     element.onclick = () => element.remove();
     messages.append(element);
-    while (messages.children.length > MOST_MESSAGES) messages.firstChild.remove();
     return element;
-  }
-
-  async upload(files) {
-    const all = [...files];
-    if (!all.length) return;
-    this.send({type: "upload", files: all.map(file => ({name: file.name, size: file.size}))});
-    for (const file of all) {
-      for (let start = 0; start < file.size; start += 1 << 20) {
-        const part = await file.slice(start, start + (1 << 20)).arrayBuffer();
-        while (this.socket.bufferedAmount > 1 << 23) await new Promise(done => setTimeout(done, 10));
-        if (this.socket.readyState !== WebSocket.OPEN) return;
-        this.socket.send(part);
-      }
-    }
   }
 }
 
@@ -234,6 +225,7 @@ const stage = new Stage(app);
 app.slices = new Slices(app);
 new Panel(app);
 new RawForm(app);
+const uploads = new Uploads(app);
 
 app.on("connected", () => {
   app.inputs = 0;
@@ -257,8 +249,16 @@ const panel = byId("panel"), opener = byId("show-panel");
 function showPanel(shown) {
   panel.classList.toggle("shown", shown);
   opener.setAttribute("aria-expanded", String(shown));
+  app.tell("covered");
   (shown ? byId("hide-panel") : opener).focus();
 }
+// What the drawer or a maximised slice covers does not get the focus.
+app.on("covered", () => {
+  const isDrawn = panel.matches(".shown");
+  for (const id of ["view", "views", "show-panel"]) byId(id).inert = isDrawn || !!app.slices.maximised;
+  byId("slices").inert = isDrawn;
+});
+matchMedia("(max-width: 440px)").addEventListener("change", () => { if (panel.matches(".shown")) showPanel(false); });
 opener.onclick = () => showPanel(true);
 byId("hide-panel").onclick = () => showPanel(false);
 addEventListener("pointerdown", event => { // beside the drawer: it closes, and nothing else happens
@@ -273,7 +273,7 @@ addEventListener("keydown", event => { if (event.key === "Escape" && panel.match
 for (const name of ["undo", "redo"]) {
   const button = byId(name);
   button.onclick = () => move(name);
-  app.on("history", () => { button.disabled = !app.history[name]; });
+  app.on("history", () => button.setAttribute("aria-disabled", String(!app.history[name]))); // and not disabled, which takes the focus away
 }
 addEventListener("keydown", event => {
   if (!(event.ctrlKey || event.metaKey) || event.altKey || document.querySelector("dialog[open]") || /** @type {Element} */ (event.target).matches("input.number, input[type=text]")) return;
@@ -285,7 +285,6 @@ addEventListener("keydown", event => {
 
 function move(name) {
   if (!app.history[name]) return;
-  if (active().matches("input")) active().blur(); // so that it shows the other value
   app.change({type: name});
 }
 
@@ -295,11 +294,11 @@ addEventListener("dragleave", event => { if (!event.relatedTarget) drop.hidden =
 addEventListener("drop", event => {
   event.preventDefault();
   drop.hidden = true;
-  app.upload(event.dataTransfer.files);
+  uploads.add(event.dataTransfer.files);
 });
 byId("open-files").onclick = () => byId("open").click();
 byId("open").onchange = event => {
-  app.upload(event.target.files);
+  uploads.add(event.target.files);
   event.target.value = "";
 };
 app.connect();

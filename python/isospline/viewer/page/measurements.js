@@ -3,7 +3,7 @@
 import {add, pixelsPerUnit, project, scale} from "./geometry.js";
 import {makeSvg} from "./dom.js";
 
-const COLOR = "#c8553d", INK = "#1f2933";
+const COLOR = "#c8553d", INK = "#1f2933", SIZE = 12;
 
 // The result of a measurement; null without one. `round` makes a text of a number.
 export function resultText({tool, points}, result, unit, round) {
@@ -12,7 +12,21 @@ export function resultText({tool, points}, result, unit, round) {
 }
 
 export function drawMeasurements(measurements, results, unit, camera, width, height) {
-  return measurements.flatMap((each, i) => drawMeasurement(each, results[i], `${i + 1}`, unit, camera, width, height));
+  const drawn = measurements.map((each, i) => drawMeasurement(each, results[i], `${i + 1}`, unit, camera, width, height));
+  return [...drawn.flatMap(({marks}) => marks), ...apart(drawn.map(({label}) => label).filter(Boolean)).map(label)];
+}
+
+// Texts at places that do not cover each other: later ones move down.
+export function apart(texts) {
+  const put = [];
+  for (const {text, place: [x, y]} of texts) {
+    const widthOf = other => other.text.length * SIZE * 0.6, covers = (other, top) => Math.abs(other.place[1] - top) < SIZE * 1.2
+      && x < other.place[0] + widthOf(other) && other.place[0] < x + widthOf({text});
+    let top = y;
+    for (let other; (other = put.find(each => covers(each, top)));) top = other.place[1] + SIZE * 1.2;
+    put.push({text, place: [x, top]});
+  }
+  return put;
 }
 
 function drawMeasurement(each, result, number, unit, camera, width, height) {
@@ -21,7 +35,9 @@ function drawMeasurement(each, result, number, unit, camera, width, height) {
   const lines = places.slice(1).map((place, i) => line(places[i], place)), marks = places.map(dot);
   const [first, second] = places;
   const middle = each.tool === "angle" && places.length > 1 ? second : first && second && scale(add(first, second), 0.5);
-  return [...lines, each.tool === "thickness" && ball(each.points[0], camera, width, height), ...marks, label(middle ?? first, text)].filter(Boolean);
+  const at = middle ?? first;
+  return {marks: [...lines, each.tool === "thickness" && ball(each.points[0], camera, width, height), ...marks].filter(Boolean),
+    label: at && {text, place: [at[0] + 8, at[1] - 6]}};
 }
 
 // The largest ball that fits in the wall at a point.
@@ -41,7 +57,7 @@ function line(a, b) {
 
 const dot = place => place && makeSvg("circle", {cx: place[0], cy: place[1], r: 4, fill: COLOR, stroke: "#fff", "stroke-width": 1.5});
 
-const label = (place, text) => place && makeSvg("text", {class: "measured", x: place[0] + 8, y: place[1] - 6, "font-size": 12, "font-weight": 600,
+const label = ({text, place: [x, y]}) => makeSvg("text", {class: "measured", x, y, "font-size": SIZE, "font-weight": 600,
   fill: INK, stroke: "#fff", "stroke-width": 3, "paint-order": "stroke"}, text);
 
 const short = value => String(Number(value.toPrecision(4)));

@@ -1,10 +1,10 @@
 // The controls at the side. Each part is rebuilt when its state changes, unless the user is operating it.
 
 import {add, basis, scale} from "./geometry.js";
-import {active, byId, checkbox, field, make, numberInput, segments, select, slider, tidy} from "./dom.js";
+import {active, byId, checkbox, field, isOperated, keyOf, make, numberInput, segments, select, slider, tidy, watchOperation} from "./dom.js";
 import {resultText} from "./measurements.js";
 import {boundsOf} from "./gizmo.js";
-import {Histogram} from "./histogram.js";
+import {endsOf, Histogram, spanOf} from "./histogram.js";
 
 const LIGHTS = {studio: "Studio", phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
 const RULES = {color: "One colour", own: "Its own colours", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
@@ -17,6 +17,8 @@ const HINTS = {point: "Click on a surface to measure a point.", distance: "Click
 const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable: "Turntable (MP4)",
   mesh: "Mesh (STL)", session: "Session", python: "Python"};
 
+const CONTROLS = "button, select, input";
+
 export class Panel {
   /** @param {import("./main.js").App} app */
   constructor(app) {
@@ -24,6 +26,7 @@ export class Panel {
     this.histogram = new Histogram(app, byId("histogram"));
     this.drawn = {}; // the dependencies of each part at the time it was built
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
+    watchOperation(byId("panel"), () => this.draw());
     app.on("measured", ({point}) => { if (point) byId("measurements").open = true; });
     this.drawSaves();
   }
@@ -47,14 +50,16 @@ export class Panel {
     this.put("slicing", [slices.shown, slices.volume, slices.window, open], () => this.drawSlicing(), true);
   }
 
-  // Rebuild a part, except its summary, if its dependencies have changed and the user is not operating it.
+  // Rebuild a part, except its summary, if its dependencies have changed and the user does not operate it.
   put(id, depends, draw, afterSummary = false) {
-    const part = byId(id), focused = active(), key = JSON.stringify(depends);
-    if (this.drawn[id] === key || (part.contains(focused) && focused.matches("input:not([type=checkbox])"))) return;
+    const part = byId(id), key = JSON.stringify(depends);
+    if (this.drawn[id] === key || isOperated(part)) return;
     this.drawn[id] = key;
-    const label = part.contains(focused) ? focused.getAttribute("aria-label") ?? focused.textContent : null;
+    const focused = part.contains(active()) && active().matches(CONTROLS) ? keyOf(active()) : null;
     part.replaceChildren(...(afterSummary ? [part.querySelector("summary")] : []), ...draw().filter(Boolean));
-    if (label) [...part.querySelectorAll("button, select, input")].find(each => (each.getAttribute("aria-label") ?? each.textContent) === label)?.focus();
+    if (focused === null) return;
+    const same = [...part.querySelectorAll(CONTROLS)].find(each => keyOf(each) === focused);
+    (same ?? part.closest("details").querySelector("summary")).focus(); // that of a removed object is gone
   }
 
   number(label, value, change, options = {}) {
@@ -65,17 +70,17 @@ export class Panel {
 
   drawObject(each) {
     const {app} = this, source = app.sources.get(each.source);
-    const change = changes => app.changeObject(each.id, changes);
+    const change = changes => app.changeObject(each.id, changes), title = source ? app.nameOf(source) : each.source;
     const color = make("input", {type: "color", value: each.color, "aria-label": "Colour", title: "Colour"});
     color.oninput = () => change({color: color.value});
-    const name = make("button", {class: "bare name", title: source?.name, "aria-expanded": String(app.selected === each.id),
-      onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, source?.name ?? each.source);
+    const name = make("button", {class: "bare name", title, "aria-expanded": String(app.selected === each.id),
+      onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, title);
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
-      : this.number(`Level of ${source?.name}`, each.level, value => change({level: value}),
-        {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], live: true});
+      : this.number(`Level of ${title}`, each.level, value => change({level: value}),
+        {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], ends: source && endsOf(source), span: spanOf(source), live: true});
     const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
       make("div", {class: "head"}, color, name, level,
-        make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show",
+        make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show", "data-key": "visible",
           onclick: () => change({visible: !each.visible})}, each.visible ? "●" : "○"),
         make("button", {class: "bare", title: "Remove", "aria-label": "Remove", onclick: () => {
           app.change({type: "remove_object", id: each.id});
@@ -92,7 +97,7 @@ export class Panel {
     const {app} = this, rules = Object.fromEntries(app.options.color_rules.map(rule => [rule, RULES[rule]]));
     if (!app.sources.get(each.source)?.has_rule) delete rules.own;
     if (each.level === null) for (const rule of Object.keys(rules)) if (rule.includes("curvature")) delete rules[rule];
-    for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${source.name}`;
+    for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${app.nameOf(source)}`;
     const edges = slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01, silhouette_opacity => change({silhouette_opacity}));
     const pieces = {all: "All"};
     for (const count of [1, 2, 3, 5, 10, each.largest ?? 1].sort((a, b) => a - b)) pieces[`+${count}`] = count === 1 ? "The largest" : `The ${count} largest`;
@@ -109,12 +114,13 @@ export class Panel {
     ];
     if (!["color", "own", "normal"].includes(each.color_by)) {
       const maps = Object.fromEntries(Object.keys(app.options.color_maps).map(name => [name, name]));
-      const limits = each.limits ?? app.defaultLimits[each.id] ?? [0, 1];
+      const limitsOf = () => app.object(each.id).limits ?? app.defaultLimits[each.id] ?? [0, 1], limits = limitsOf();
+      const span = Math.abs(limits[1] - limits[0]);
       parts.push(field("Colour map", select("Colour map", maps, each.cmap, cmap => change({cmap}))),
         make("div", {class: "color-bar", style: `background: linear-gradient(to right, ${app.options.color_maps[each.cmap]?.join()})`}),
         make("div", {class: "pair", style: "margin-top: 4px"},
-          this.number("First value", limits[0], value => change({limits: [value, limits[1]]})),
-          this.number("Last value", limits[1], value => change({limits: [limits[0], value]}))));
+          this.number("First value", limits[0], value => change({limits: [value, limitsOf()[1]]}), {span}),
+          this.number("Last value", limits[1], value => change({limits: [limitsOf()[0], value]}), {span})));
     }
     if (app.state.light === "path-trace") {
       parts.push(field("Metal", slider("Metal", each.metallic, 0, 1, 0.01, metallic => change({metallic}))),
@@ -126,15 +132,15 @@ export class Panel {
   drawAdd() {
     const {app} = this;
     return [...app.sources.values()].map(source => {
-      const isShown = app.state.objects.some(each => each.source === source.key);
-      const name = source.kind === "mesh" ? `+ ${source.name}` : app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
+      const title = app.nameOf(source), isShown = app.state.objects.some(each => each.source === source.key);
+      const name = source.kind === "mesh" ? `+ ${title}` : app.sources.size > 1 ? `+ level of ${title}` : "+ level";
       const level = () => {
         const levels = app.state.objects.filter(each => each.source === source.key).map(each => each.level);
         return suggested(levels, source) ?? between(levels, source.range);
       };
-      return make("div", {class: "row source"}, source.kind === "mesh" && isShown ? make("span", {class: "name"}, source.name)
-        : make("button", {onclick: () => app.change({type: "add_object", source: source.key, level: source.kind === "mesh" ? null : level()})}, name),
-        make("button", {class: "bare", title: `Close ${source.name}; this cannot be undone`, "aria-label": `Close ${source.name}`,
+      return make("div", {class: "row source"}, source.kind === "mesh" && isShown ? make("span", {class: "name"}, title)
+        : make("button", {"data-key": `add ${source.key}`, onclick: () => app.change({type: "add_object", source: source.key, level: source.kind === "mesh" ? null : level()})}, name),
+        make("button", {class: "bare", title: `Close ${title}; this cannot be undone`, "aria-label": `Close ${title}`, "data-key": `close ${source.key}`,
           onclick: () => app.send({type: "close", source: source.key})}, "Close"));
     });
   }
@@ -185,16 +191,16 @@ export class Panel {
     const change = changes => app.changeState({slices: {...app.state.slices, ...changes}});
     const source = app.sources.get(slices.volume);
     if (!source) return [make("p", {class: "hint"}, "No volume is open.")];
-    const [low, high] = slices.window ?? source.window;
+    const windowOf = () => app.state.slices.window ?? source.window, widthOf = all => all[1] - all[0], levelOf = all => (all[0] + all[1]) / 2;
     const set = (width, level) => change({window: [level - width / 2, level + width / 2]});
     return [
       make("div", {class: "row"}, checkbox("Show three slices", slices.shown, shown => change({shown}))),
-      volumes.length > 1 && field("Volume", select("Volume", Object.fromEntries(volumes.map(each => [each.key, each.name])), slices.volume, key => {
+      volumes.length > 1 && field("Volume", select("Volume", Object.fromEntries(volumes.map(each => [each.key, app.nameOf(each)])), slices.volume, key => {
         const other = app.sources.get(key);
         change({volume: key, index: other.counts.map(each => (each - 1) / 2), window: other.window});
       })),
-      field("Window", this.number("Window", high - low, width => set(width, (low + high) / 2), {least: 1e-12})),
-      field("Level", this.number("Window level", (low + high) / 2, level => set(high - low, level))),
+      field("Window", this.number("Window", widthOf(windowOf()), width => set(width, levelOf(windowOf())), {least: 1e-12, span: spanOf(source)})),
+      field("Level", this.number("Window level", levelOf(windowOf()), level => set(widthOf(windowOf()), level), {span: spanOf(source)})),
       source.patient && make("div", {class: "row"}, ...Object.entries(WINDOWS).map(([name, [width, level]]) =>
         make("button", {title: `Window ${width}, level ${level}`, onclick: () => set(width, level)}, name)),
         make("button", {onclick: () => change({window: source.window})}, "All")),
@@ -218,23 +224,23 @@ export class Panel {
   }
 
   drawMeasurement(each, i) {
-    const {app} = this, vector = numbers => numbers.map(tidy).join("  "), length = number => number == null ? null : tidy(number) + app.unit;
+    const {app} = this, vector = numbers => numbers.map(number => tidy(number)).join("  "), length = number => number == null ? null : tidy(number) + app.unit;
     const result = app.results[i], rows = [[TOOLS[each.tool].toLowerCase(), resultText(each, result, app.unit, tidy)]];
     for (const point of each.points) rows.push(["position", vector(point.position) + app.unit]);
     if (each.tool === "point") {
       const [point] = each.points;
-      rows.push(["index", point.index && vector(point.index)], ["value", point.value != null && tidy(point.value)], ["normal", vector(point.normal)],
+      rows.push(["index", point.index && vector(point.index)], ["value", point.value != null && tidy(point.value, spanOf(app.sources.get(app.object(point.object)?.source)))], ["normal", vector(point.normal)],
         ["curvature", point.mean_curvature != null && `mean ${tidy(point.mean_curvature)}  Gaussian ${tidy(point.gaussian_curvature)}`],
         ["thickness", length(point.thickness)]);
     }
     return make("div", {class: "measurement"}, make("strong", {}, `${i + 1}`),
-      make("button", {class: "bare", "aria-label": `Remove measurement ${i + 1}`,
+      make("button", {class: "bare", "aria-label": `Remove measurement ${i + 1}`, "data-key": `remove ${each.id}`,
         onclick: () => app.change({type: "remove_measurement", id: each.id})}, "×"),
       make("dl", {}, ...rows.filter(([, text]) => text).flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)])));
   }
 
   drawSaves() {
-    const {app} = this, options = {transparent: false}; // and width and height, if they are not those of the picture
+    const {app} = this, options = {transparent: false, measurements: true}; // and width and height, if they are not those of the picture
     const sides = Object.fromEntries(["Width", "Height"].map(name => [name.toLowerCase(), this.number(name, 1, value => {
       options[name.toLowerCase()] = value;
     }, {step: 1, least: 1, most: 16384, whole: true})]));
@@ -245,7 +251,8 @@ export class Panel {
     byId("saving").append(
       field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height,
         make("button", {class: "bare", title: "Size of the picture", "aria-label": "Size of the picture", onclick: forget}, "↺"))),
-      make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; })),
+      make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; }),
+        checkbox("Measurements", true, measurements => { options.measurements = measurements; })),
       make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
         make("button", {"data-save": what, onclick: () => app.send({type: "save", what: /** @type {any} */ (what), options})}, name))));
   }
@@ -262,5 +269,5 @@ export function between(levels, range) {
   const [lower, upper] = range, all = [lower, ...levels, upper].sort((a, b) => a - b);
   let best = 0;
   for (let i = 1; i + 1 < all.length; ++i) if (all[i + 1] - all[i] > all[best + 1] - all[best]) best = i;
-  return Number(((all[best] + all[best + 1]) / 2).toPrecision(6));
+  return Number(tidy((all[best] + all[best + 1]) / 2, upper - lower));
 }

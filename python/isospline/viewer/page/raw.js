@@ -30,7 +30,7 @@ export class RawForm {
     const bytes = () => values.shape.reduce((a, b) => a * b, TYPES[values.type][1]);
     const check = () => {
       const got = bytes(), fits = got + values.offset === size;
-      sizes.textContent = `${values.shape.map(tidy).join(" × ")} samples are ${got.toLocaleString("en")} bytes; the file has `
+      sizes.textContent = `${values.shape.map(each => tidy(each)).join(" × ")} samples are ${got.toLocaleString("en")} bytes; the file has `
         + `${(size - values.offset).toLocaleString("en")}${values.offset ? " after its header" : ""}.`;
       sizes.classList.toggle("wrong", !fits);
       open.disabled = !fits;

@@ -2,11 +2,16 @@
 
 import {clamp} from "./geometry.js";
 import {byId, make, tidy} from "./dom.js";
+import {spanOf} from "./histogram.js";
+import {isSwapped, layout, sideOf, transposed} from "./orientation.js";
 
 const HEIGHT = "260px";
 const MOST_ZOOM = 64, MOST_POINTS = 1024, PIXELS = 2; // pixels of a point of a slice
 // Colours of the slices across x, y and z, as in the picture.
 export const PLANES = ["#c8553d", "#3a8f5c", "#2f6f9f"];
+
+// The corners of a part of a slice in the order of the grid's axes; the same turns them back.
+const inGridOrder = (view, part) => isSwapped(view) ? {...part, lower: [...part.lower].reverse(), upper: [...part.upper].reverse()} : part;
 
 export class Slices {
   /** @param {import("./main.js").App} app */
@@ -18,7 +23,7 @@ export class Slices {
         "aria-label": `Slice across ${"xyz"[axis]}: arrow keys move the point, Page Up and Page Down the slice`});
       const caption = make("figcaption"), name = `slice across ${"xyz"[axis]}`;
       const button = (title, text, act) => make("button", {title, "aria-label": `${title}: ${name}`, onclick: act}, text);
-      const view = {axis, canvas, caption, plane: [0, 1, 2].filter(each => each !== axis), fingers: new Map()};
+      const view = {axis, canvas, caption, plane: [0, 1], flips: [false, false], fingers: new Map()};
       view.figure = make("figure", {}, canvas, caption, make("div", {class: "tools", role: "toolbar", "aria-label": `Tools of the ${name}`},
         button("Zoom out (-)", "−", () => this.zoomBy(1 / 1.5)), button("Zoom in (+)", "+", () => this.zoomBy(1.5)),
         button("Maximise (m)", "⤢", () => this.maximise(view))));
@@ -58,6 +63,7 @@ export class Slices {
     this.element.hidden = !shown;
     document.documentElement.style.setProperty("--slices", shown ? HEIGHT : "0px");
     if (!shown && this.maximised) this.maximise(this.maximised);
+    if (this.source) for (const view of this.views) Object.assign(view, layout(view.axis, this.source));
     if (this.volume !== this.slices.volume) {
       this.zoomTo(1, null);
       this.asking = false;
@@ -75,6 +81,7 @@ export class Slices {
     this.element.classList.toggle("maximised", !!this.maximised);
     for (const each of this.views) each.figure.hidden = !!this.maximised && each !== view;
     view.canvas.focus();
+    this.app.tell("covered");
   }
 
   // Zoom all slices; a point of one of them stays where it is, by default the cross.
@@ -99,7 +106,7 @@ export class Slices {
     requestAnimationFrame(() => {
       this.viewsWait = false;
       if (this.element.hidden || !this.source) return;
-      const views = this.views.map(view => this.seen(view)), text = JSON.stringify(views);
+      const views = this.views.map(view => inGridOrder(view, this.seen(view))), text = JSON.stringify(views);
       if (text === this.viewsSent) return;
       this.viewsSent = text;
       this.app.send({type: "slice_views", views});
@@ -120,12 +127,14 @@ export class Slices {
   received({about, content}) {
     this.app.send({type: "acknowledge", slices: true});
     let offset = 0;
-    const values = about.shapes.map(([rows, columns]) => {
-      const part = new Float32Array(content, offset, rows * columns);
+    const source = this.app.sources.get(about.volume);
+    const values = source ? about.shapes.map(([rows, columns], axis) => {
+      const part = new Float32Array(content, offset, rows * columns), [lower, upper] = about.regions[axis];
       offset += 4 * part.length;
-      return {rows, columns, part};
-    });
-    this.values = {...about, values};
+      const view = layout(axis, source);
+      return {...isSwapped(view) ? transposed({rows, columns, part}) : {rows, columns, part}, ...inGridOrder(view, {lower, upper})};
+    }) : null;
+    this.values = values && {volume: about.volume, values};
     this.draw();
     this.askForViews();
     this.app.tell("slices-shown");
@@ -157,30 +166,13 @@ export class Slices {
     if (view.plane.some((each, i) => this.slices.index[each] < lower[i] || this.slices.index[each] > upper[i])) this.zoomTo(this.zoom, this.slices.index);
   }
 
-  // The world axis nearest to an axis of the grid, and its sign.
-  worldAxis(axis) {
-    const column = [0, 1, 2].map(row => this.source.affine[row][axis]);
-    const world = column.reduce((best, each, i) => Math.abs(each) > Math.abs(column[best]) ? i : best, 0);
-    return [world, Math.sign(column[world])];
-  }
-
-  // Whether columns and rows are reversed: by the radiological convention for patients; otherwise, rows run upwards.
-  flips(view) {
-    return view.plane.map((axis, place) => {
-      const [world, sign] = this.worldAxis(axis);
-      if (!this.source.patient) return place === 1; // the second axis points upwards
-      // Columns run to the patient's left or back. Rows run to the back, or from head to feet.
-      return world === 2 ? sign > 0 : sign < 0;
-    });
-  }
-
   // The place of a slice in its canvas: without zoom, the whole slice fits. Its proportions follow the spacing of samples.
   placement(view) {
     const {affine} = this.source, ratio = Math.min(devicePixelRatio || 1, 2);
     const width = view.canvas.clientWidth * ratio, height = view.canvas.clientHeight * ratio;
     const extent = view.plane.map(axis => (this.counts()[axis] - 1 || 1) * Math.hypot(...[0, 1, 2].map(row => affine[row][axis])));
     const factor = Math.min(width / extent[0], height / extent[1]) * 0.94 * this.zoom;
-    const [w, h] = extent.map(each => each * factor), flips = this.flips(view);
+    const [w, h] = extent.map(each => each * factor), {flips} = view;
     const [x, y] = view.plane.map((axis, i) => {
       const part = this.centre ? this.centre[axis] / (this.counts()[axis] - 1 || 1) : 0.5;
       return flips[i] ? 1 - part : part;
@@ -191,10 +183,10 @@ export class Slices {
   draw() {
     const values = this.values;
     if (this.element.hidden || !values || values.volume !== this.slices.volume) return;
-    for (const view of this.views) this.drawView(view, values.values[view.axis], values.regions[view.axis]);
+    for (const view of this.views) this.drawView(view, values.values[view.axis]);
   }
 
-  drawView(view, {rows, columns, part}, [lower, upper]) {
+  drawView(view, {rows, columns, part, lower, upper}) {
     const place = this.placement(view), {canvas} = view, {flips} = place;
     if (!place.width || !place.height) return;
     Object.assign(canvas, {width: place.width, height: place.height});
@@ -245,10 +237,7 @@ export class Slices {
   // The sides of a patient at the edges of the canvas.
   drawSides(context, view, {width, height, ratio, flips}) {
     if (!this.source.patient) return;
-    const side = (axis, direction) => {
-      const [world, sign] = this.worldAxis(axis);
-      return (sign * direction > 0 ? "LPS" : "RAI")[world];
-    };
+    const side = (axis, direction) => sideOf(this.source.affine, axis, direction);
     const [right, down] = flips.map(flipped => flipped ? -1 : 1), [across, along] = view.plane, edge = 10 * ratio;
     Object.assign(context, {fillStyle: "#ffd479", font: `600 ${12 * ratio}px system-ui, sans-serif`, textAlign: "center", textBaseline: "middle"});
     context.fillText(side(across, -right), edge, height / 2);
@@ -295,7 +284,7 @@ export class Slices {
       const world = affine.slice(0, 3).map(line => line[0] * point.index[0] + line[1] * point.index[1] + line[2] * point.index[2] + line[3]);
       lines.push(`index ${point.index.map(round).join(", ")}`, `${world.map(round).join(", ")}${patient ? " mm" : ""}`);
       this.ask({volume: this.slices.volume, index: point.index});
-      if (this.sampled && JSON.stringify(this.sampled.index) === JSON.stringify(point.index)) lines.push(`value ${tidy(this.sampled.value)}`);
+      if (this.sampled && JSON.stringify(this.sampled.index) === JSON.stringify(point.index)) lines.push(`value ${tidy(this.sampled.value, spanOf(this.source))}`);
     }
     view.caption.textContent = lines.join("\n");
   }

@@ -27,11 +27,13 @@ export class Stage {
     this.gizmo = new ClipGizmo(app, this);
     this.pointers = new Map();
     this.fps = [];
+    this.isBusy = false;
     this.listen();
     new ResizeObserver(() => this.resized()).observe(this.canvas);
     app.on("frame", frame => this.show(frame));
-    app.on("document", () => { this.makeViews(); if (app.state) this.drawValueBars(); });
+    app.on("document", () => { this.makeViews(); this.tellBlank(); if (app.state) this.drawValueBars(); });
     app.on("state", () => this.stateChanged());
+    app.on("progress", ({title}) => { this.isBusy = title != null; this.tellBlank(); });
   }
 
   // Device pixels of the picture.
@@ -72,6 +74,7 @@ export class Stage {
     app.matchFrame();
     app.framesShown += 1;
     this.tellStatus(now);
+    this.tellBlank();
     this.drawOverlay();
     app.tell("shown", about);
   }
@@ -96,14 +99,14 @@ export class Stage {
       canvas.setPointerCapture(event.pointerId);
       this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
       this.travelled = 0;
+      this.isClick = this.pointers.size === 1; // and no gesture of two fingers
       canvas.classList.add("moving");
     };
     canvas.onpointermove = event => this.pointerMoved(event);
     canvas.onpointerup = canvas.onpointercancel = event => {
-      const single = this.pointers.size === 1;
       this.pointers.delete(event.pointerId);
       canvas.classList.remove("moving");
-      if (event.type === "pointerup" && single && this.travelled < 4 && event.button === 0) this.pick(event);
+      if (event.type === "pointerup" && this.isClick && this.travelled < 4 && event.button === 0) this.pick(event.offsetX, event.offsetY);
     };
     canvas.addEventListener("wheel", event => {
       event.preventDefault();
@@ -134,33 +137,39 @@ export class Stage {
   }
 
   keyPressed(event) {
-    const {app} = this, camera = app.camera, step = Math.PI / 36;
-    const moves = {
-      ArrowLeft: () => orbited(camera, step, 0), ArrowRight: () => orbited(camera, -step, 0),
-      ArrowUp: () => orbited(camera, 0, step), ArrowDown: () => orbited(camera, 0, -step),
-      "+": () => zoomed(camera, 1 / 1.1), "-": () => zoomed(camera, 1.1),
-    };
-    if (camera && moves[event.key]) {
-      event.preventDefault();
-      app.moveCamera(moves[event.key]());
-    } else if (event.key === "f") {
-      app.send({type: "look", view: "home"});
-    }
+    if (event.ctrlKey || event.metaKey || event.altKey) return; // a key of the browser
+    const {app} = this, {camera} = app, {clientWidth: width, clientHeight: height} = this.canvas;
+    const arrow = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[event.key], factor = {"+": 1 / 1.1, "-": 1.1}[event.key];
+    if (camera && arrow && event.shiftKey) app.moveCamera(panned(camera, ...scale(arrow, 0.05)));
+    else if (camera && arrow) app.moveCamera(orbited(camera, ...scale([-arrow[0], arrow[1]], Math.PI / 36)));
+    else if (camera && factor) app.moveCamera(zoomed(camera, factor));
+    else if (event.key === "f") app.send({type: "look", view: "home"});
+    else if (event.key === "Enter" || event.key === " ") this.pick(width / 2, height / 2);
+    else return;
+    event.preventDefault();
   }
 
-  pick(event) {
+  // Measure at a place of the picture.
+  pick(x, y) {
     const {width, height} = this.pixels();
-    this.app.send({type: "pick", tool: this.app.tool, x: event.offsetX / this.canvas.clientWidth * width,
-      y: event.offsetY / this.canvas.clientHeight * height});
+    this.app.send({type: "pick", tool: this.app.tool, x: x / this.canvas.clientWidth * width, y: y / this.canvas.clientHeight * height});
   }
 
   // -- Overlays ------------------------------------------------------------------------------------------------------
 
   stateChanged() {
     document.documentElement.style.setProperty("--stage", this.app.state.background);
-    byId("welcome").hidden = this.app.state.objects.length > 0;
+    this.tellBlank();
     this.drawValueBars();
     this.drawOverlay();
+  }
+
+  // Until there is a picture of the objects, scale, cube and status would be those of nothing.
+  tellBlank() {
+    const {state, frame, sources} = this.app, objects = state?.objects ?? [];
+    byId("stage").classList.toggle("blank", !frame || objects.some(each => each.visible) && !frame.objects);
+    byId("welcome").hidden = !state || objects.length > 0 || this.isBusy;
+    byId("welcome").firstElementChild.textContent = sources.size ? "No surface is shown" : "Drop a volume or a mesh here";
   }
 
   // A bar for each volume whose values are on the cut.
@@ -170,8 +179,8 @@ export class Stage {
     const sources = [...keys].map(key => this.app.sources.get(key)).filter(Boolean);
     byId("value-bars").replaceChildren(...sources.map(source => {
       const [low, high] = slices.window && slices.volume === source.key ? slices.window : source.window;
-      return make("div", {class: "value-bar"}, sources.length > 1 ? source.name : "Value", make("i"),
-        make("div", {}, ...[low, (low + high) / 2, high].map(value => make("span", {}, tidy(value)))));
+      return make("div", {class: "value-bar"}, make("span", {}, sources.length > 1 ? this.app.nameOf(source) : "Value"), make("i"),
+        make("div", {}, ...[low, (low + high) / 2, high].map(value => make("span", {}, tidy(value, high - low || undefined)))));
     }));
   }
 
