@@ -3,7 +3,7 @@
 Blocks of a page share names and a folder, which has the files that the pages speak of (`FILES`).
 
 - ``python`` blocks are executed. A ``text`` block right after one is what it prints; ``...`` stands for anything.
-- ``sh`` blocks are run by bash. `make` only says what it would do, and `pip` only looks whether the package has the
+- ``sh`` blocks are run by bash; for tests, commands of ours are run in this process. `make` only says what it would do, and `pip` only looks whether the package has the
   named extras. `isospline view` is ended once its page has been loaded.
 - For tests, pictures have few pixels and few samples, and ``<!-- small: 96 = 48 -->`` replaces a number in the page.
 - Rows of a table with code in two columns: on the right ours, on the left another library's, if it is installed.
@@ -16,6 +16,7 @@ import importlib.util
 import io
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -28,6 +29,8 @@ import numpy as np
 from sybil import Document, Region
 from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown import CodeBlockParser, SkipParser
+
+import isospline.cli.main
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -75,7 +78,28 @@ class Printing:
         example.namespace["printed"] = printed.getvalue()
 
 
+def plain_commands(text):
+    """The words of each line of a block that has commands of ours alone, and nothing else for the shell; or None."""
+    lines = [shlex.split(line, comments=True) for line in text.replace("\\\n", " ").splitlines()]
+    lines = [words for words in lines if words]
+    is_plain = all(words[0] == "isospline" and words[1] != "view" for words in lines)
+    return None if not is_plain or re.search(r"[|&;<>$*?`\n]", "".join(map("".join, lines))) else lines
+
+
+def run_command(words):
+    """Run a command of ours in this process, which has imported what it needs."""
+    more = os.environ["PICTURES"].split() if words[1] == "render" and "--size" not in words else []
+    told = io.StringIO()
+    with contextlib.redirect_stderr(told), unittest.mock.patch.dict(os.environ, {"COLUMNS": "100"}):
+        status = isospline.cli.main.main([*words[1:], *more])
+    assert status == 0, f"{shlex.join(words)}:\n{told.getvalue()}"
+
+
 def run_shell(example):
+    if os.environ.get("PICTURES") and (commands := plain_commands(example.parsed)):  # for tests
+        for words in commands:
+            run_command(words)
+        return
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
         ["bash", "-c", PRELUDE + example.parsed],
@@ -209,8 +233,6 @@ def make_files(folder, samples=48):
     import pyvista
     import SimpleITK
     import trimesh
-
-    import isospline
 
     folder.mkdir(parents=True, exist_ok=True)
     spacing = 240 / samples

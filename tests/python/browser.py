@@ -72,11 +72,13 @@ class Page:
         """Wait until something is true in the page."""
         end = time.monotonic() + seconds
         messages = set()  # the page removes them after some seconds
-        while not self.evaluate(expression):
-            messages.add(self.messages())
+        # One call for both, and few of them: each takes milliseconds of three processes.
+        both = f"[!!({expression}), document.getElementById('messages')?.innerText]"
+        while not (found := self.evaluate(both))[0]:
+            messages.add(found[1])
             assert not self.problems, self.problems
             assert time.monotonic() < end, f"waited in vain for {expression}; messages: {messages}"
-            time.sleep(0.02)
+            time.sleep(0.05)
 
     def settle(self):
         """Wait for the last pass over the newest state."""

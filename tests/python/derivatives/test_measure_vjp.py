@@ -28,7 +28,7 @@ def surface(data, degree, level=LEVEL, **options):
     return isospline.Isosurface(isospline.Volume(data, degree=degree, spacing=(1, 1.2, 0.8)), level, **options)
 
 
-@pytest.mark.sweep(5)
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_gradients_are_those_of_finite_differences(degree, case):

@@ -12,7 +12,7 @@ from isospline.derivatives.film import Film, Samples, jittered
 from isospline.derivatives.outlines import Outlines
 from isospline.derivatives.shades import PhongShade, Seen
 
-SIZE = (48, 40)
+SIZE = (36, 30)
 CAMERA = isospline.PerspectiveCamera((4, 1.13, 1.5), (0, 0, 0), field_of_view=36)
 PHONG = isospline.Phong(
     color=(0.9, 0.6, 0.3),
@@ -78,7 +78,7 @@ def test_samples_are_uniform_and_depend_on_their_pixel_alone():
     assert (means - pixels - 0.5).std() == pytest.approx(spread, rel=0.1)
 
 
-@pytest.mark.sweep(2)
+@pytest.mark.sweep(1)
 @pytest.mark.parametrize(("degree", "tube"), [(2, 0.05), (3, 0.4), (2, 1.5), (3, 5.0), (2, 18.0)])
 def test_the_tube_estimator_is_unbiased_for_each_width(degree, tube):
     """The length of the outline of a ball, an ellipse in general; here, a circle around the middle."""

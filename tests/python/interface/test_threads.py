@@ -341,7 +341,7 @@ def work():
 
 for _ in range(3):
     threading.Thread(target=work, daemon=True).start()
-for _ in range(4):
+for _ in range(2):
     time.sleep(0.02)
     child = os.fork()
     if child == 0:

@@ -160,7 +160,7 @@ def test_names_that_do_not(tmp_path, name):
 
 @pytest.mark.parametrize("type_name", ["u1", "<u2", "<i2", ">u2", ">i2", "<f4", ">f4", "<f8"])
 def test_shape_and_type_of_raw_files_are_suggested(tmp_path, type_name):
-    shape, path = (30, 41, 52), tmp_path / "heart.raw"
+    shape, path = (20, 27, 34), tmp_path / "heart.raw"
     values = FIELD.values(shape)
     noise = np.random.default_rng(0).normal(0, 0.01, shape)
     scaled = (values - values.min()) / np.ptp(values) + noise.clip(0, 1)

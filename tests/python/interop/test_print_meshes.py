@@ -191,6 +191,7 @@ def test_every_way_to_a_mesh_can_be_for_print(tmp_path):
     assert surface.to_pyvista(1.0, for_print=True).volume == pytest.approx(check(mesh), rel=1e-5)
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     ("unit", "name"),
     [

@@ -110,6 +110,7 @@ def test_counts_need_no_integrals(degree):
         counted.areas
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, pytest.param(3, marks=pytest.mark.long)])
 @pytest.mark.parametrize("inside", ["above", "below"])
@@ -151,6 +152,7 @@ def test_at_degree_1_they_are_those_that_scipy_labels_with_26_neighbours(seed):
     assert largest.enclosed_volume(order=4).value == pytest.approx(found.enclosed_volumes[0])
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("seed", range(2))
@@ -229,7 +231,7 @@ def test_a_cavity_belongs_to_its_solid():
     np.testing.assert_allclose(below.enclosed_volumes[1], 4 / 3 * math.pi * (5**3 - 3**3), rtol=0.03)
 
 
-@pytest.mark.sweep(3)
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("n", [1, 2, 3])

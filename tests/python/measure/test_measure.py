@@ -107,6 +107,7 @@ def test_stated_errors_hold_and_fall_with_the_order():
         assert errors[1] < errors[0] / 20 and errors[2] < errors[1] / 20
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree, order_of_volume", [(1, 2), (2, 4), (3, 4)])
 def test_sampled_torus_converges(degree, order_of_volume):
@@ -230,7 +231,7 @@ def test_stated_errors_hold_for_flat_and_long_bodies(body, order):
         assert true <= stated
 
 
-@pytest.mark.sweep(4)
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("order", range(2, 11))
 def test_stated_errors_hold_for_ellipsoids_of_any_proportions(order):

@@ -101,7 +101,7 @@ def rough(degree, size=12, seed=0):
     return isospline.Volume(samples / samples.std(), degree=degree, spacing=(0.5, 1, 2))
 
 
-@pytest.mark.sweep(4)
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("cut", ["open", "closed", "clipped", "capped"])

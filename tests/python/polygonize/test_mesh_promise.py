@@ -62,7 +62,7 @@ def random_case(seed):
     return isospline.Isosurface(volume, level, **options), float(rng.choice([0.3, 0.6, 1.0])), kind
 
 
-@pytest.mark.sweep(4)
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(18))
 def test_solids_are_within_the_tolerance(seed):

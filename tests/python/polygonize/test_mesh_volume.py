@@ -32,6 +32,7 @@ OBLIQUE = np.array([[0.8, 0.1, 0.0], [0.0, 0.7, 0.2], [0.1, 0.0, 1.1]])
 MIRRORED = OBLIQUE * (1, -1, 1)
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("matrix", [None, OBLIQUE, MIRRORED], ids=["plain", "oblique", "mirrored"])
 @pytest.mark.parametrize("tolerance", [0.33, 0.1])  # 0.03 and 0.01 of the middle radius

@@ -150,6 +150,7 @@ def test_levels_of_whole_samples_leave_no_short_edges():
     assert shape.edges_unique_length.min() > 1e-4
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("name", ["sphere", "torus"])

@@ -98,11 +98,12 @@ def test_text_that_differs_is_an_error(files, tmp_path):
         pages.run(page, tmp_path, files=files)
 
 
-def test_command_that_fails_is_an_error(files, tmp_path):
+@pytest.mark.parametrize("small", [False, True])
+def test_command_that_fails_is_an_error(files, tmp_path, small):
     page = tmp_path / "page.md"
     page.write_text("```sh\nisospline info nothing.nii.gz\n```\n", encoding="utf-8")
     with pytest.raises(AssertionError, match="nothing.nii.gz"):
-        pages.run(page, tmp_path, files=files)
+        pages.run(page, tmp_path, small=small, files=files)
 
 
 @pytest.mark.parametrize("command", ["make no-such-target", "pip install isospline[no-such-extra]"])

@@ -177,6 +177,7 @@ def crossings_of_edges(surface, refinement):
     return above
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("largest", [4, 50])

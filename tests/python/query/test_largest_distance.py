@@ -80,7 +80,7 @@ def test_hessian_bounds_of_a_quadratic_are_exact(degree):
     np.testing.assert_allclose(bounds.of_cells(np.full((1, 3), 9)), 1, rtol=1e-5)
 
 
-@pytest.mark.sweep(8)
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("name", OPTIONS)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_bounds_of_boxes_hold_for_dense_samples(rng, degree, name):
@@ -115,6 +115,7 @@ def left_part(volume):
     return mask
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("name", ["plain", "closed below", "all"])
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_largest_distances_hold_for_dense_samples(rng, degree, name):

@@ -92,7 +92,7 @@ def degenerate_rays(mesh, rng, count):
 @pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
 def test_crossings_are_those_of_rational_arithmetic(make, rng):
     mesh = make()
-    rays = degenerate_rays(mesh, rng, 90)
+    rays = degenerate_rays(mesh, rng, 45)
     triangles = [[fractions(vertex) for vertex in corners] for corners in mesh.vertices[mesh.faces]]
     expected = [exact_crossings(triangles, ray) for ray in rays]
     scene = isospline.Scene([isospline.Mesh(mesh.vertices, mesh.faces)])
@@ -104,7 +104,7 @@ def test_crossings_are_those_of_rational_arithmetic(make, rng):
         assert crossings["entering"][mine].tolist() == [entering for _, _, entering in exact]
         # Rays that graze a face magnify rounding.
         np.testing.assert_allclose(crossings["t_hit"][mine], [float(t) for t, _, _ in exact], rtol=1e-10)
-    assert sum(len(exact) for exact in expected) > 50
+    assert sum(len(exact) for exact in expected) > 25
     np.testing.assert_array_equal(scene.count_intersections(rays), np.diff(splits))
     for coherent in (False, True):
         np.testing.assert_array_equal(scene.test_occlusions(rays, coherent=coherent), np.diff(splits) > 0)

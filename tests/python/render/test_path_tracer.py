@@ -147,7 +147,7 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
 
 
 # `make test` has the ends of each range, and `make ci-long` what lies between.
-@pytest.mark.sweep(3)
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("roughness", [0.2, *between(0.35, 0.6), 1.0])
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_no_material_makes_light(roughness, metallic, specular):
 
 
 # Faint coats are chosen too rarely for the samples of one pixel to tell their variance.
-@pytest.mark.sweep(4)
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("material", [m for m in MATERIALS if m.specular in (0.0, 0.5, 1.0)][1::5], ids=repr)
 @pytest.mark.parametrize("angle", [10, 70])
@@ -280,6 +280,7 @@ LAMPS = {
 }
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LAMPS)
 def test_irradiance_below_a_lamp_is_the_closed_form(name):
@@ -297,6 +298,7 @@ def test_irradiance_below_a_lamp_is_the_closed_form(name):
     assert_means(image, 0.6 / np.pi * mean[..., None] * radiance, 2e-4)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("roughness", [0.1, 0.4, 1.0])
 @pytest.mark.parametrize("metallic", [0, 1])

@@ -173,6 +173,7 @@ def test_a_solid_stands_on_its_only_flat_end(bodies):
     assert isospline.suggest_view(isospline.Volume(np.flip(bodies["cone"][20:], 0))) == USUAL
 
 
+@pytest.mark.sweep(6)
 @pytest.mark.parametrize("name", ["head", "bottle", "bone", "cone", "ball on a saucer", "two objects", "slab"])
 @pytest.mark.parametrize("turn", TURNS[3::29], ids=str)
 def test_a_solid_below_a_level_is_that_of_the_negative_values(bodies, name, turn):
@@ -210,6 +211,7 @@ def test_other_bodies_keep_the_usual_view(bodies, name):
         assert isospline.suggest_mask(volume) is None
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", ["torus", "gyroid", "marschner_lobb", "blobs", "waves", "heart"])
 def test_formulas_turned_at_random_keep_the_usual_view(name):
     random = np.random.default_rng(3)
@@ -324,6 +326,7 @@ def test_the_ground_is_below_the_suggested_top(bodies):
     np.testing.assert_array_equal(picture, stated)
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.parametrize("overview", [0, 1])
 def test_all_scales_of_a_store_have_the_view_of_its_samples(bodies, tmp_path, monkeypatch, overview):
     """Whatever was asked for before, and without reading a finer scale than the overview."""
@@ -357,7 +360,7 @@ def test_a_store_at_a_level_is_the_picture_of_the_command(bodies, tmp_path):
 VOLUMES = os.environ.get("ISOSPLINE_VOLUMES")
 
 
-@pytest.mark.sweep(4)
+@pytest.mark.sweep(3)
 @pytest.mark.skipif(not VOLUMES, reason="ISOSPLINE_VOLUMES is not set")
 @pytest.mark.parametrize(
     ("name", "front", "up"),

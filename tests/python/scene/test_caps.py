@@ -189,7 +189,7 @@ def test_contains_agrees_with_counts_of_crossings(closed, rng):
 
 @pytest.mark.slow
 def test_all_queries_agree(closed, rng):
-    _, rays = around(closed, rng, 40_000)
+    _, rays = around(closed, rng, 15_000)
     scene = isospline.Scene([closed])
     single, packets = (scene.cast_rays(rays, coherent=coherent, outputs=ALL_OUTPUTS) for coherent in (False, True))
     for name in single:
@@ -205,7 +205,7 @@ def test_all_queries_agree(closed, rng):
     np.testing.assert_allclose(crossings["t_hit"][first], single["t_hit"][hit], rtol=1e-9, atol=1e-9)
     cap = crossings["primitive_ids"] >= closed.volume.cell_count
     np.testing.assert_array_equal(cap[first], single["primitive_ids"][hit] >= closed.volume.cell_count)
-    assert cap.sum() > 1000
+    assert cap.sum() > 300
     direction = rays[crossings["ray_ids"], 3:]
     np.testing.assert_array_equal(
         crossings["entering"][cap], (crossings["primitive_normals"] * direction).sum(-1)[cap] < 0

@@ -1,5 +1,6 @@
 """Packets of rays, Embree's instruction sets and its builders: none of them changes a hit."""
 
+import functools
 import os
 import subprocess
 import sys
@@ -72,13 +73,13 @@ def test_packets_of_shadow_rays_find_the_same(rng, degree, settled):
 def test_how_rays_are_traced_is_found_out_and_changes_no_answer(rng, rays_of):
     """Close rays are traced in packets, those of rows and in no order are sorted, others are traced as they come."""
     scene = isospline.Scene([isospline.Isosurface(isospline.Volume(rng.normal(size=(72, 71, 70))), 0.6)])
-    picture = isospline.camera_for(scene).rays((160, 128))
-    origins = rng.uniform(-10, 80, (20_000, 3))
+    picture = isospline.camera_for(scene).rays((96, 80))
+    origins = rng.uniform(-10, 80, (8_000, 3))
     rays = {
         "tiles": picture,
         "rows": picture.reshape(-1, 6),
         "shuffled": rng.permutation(picture.reshape(-1, 6)),
-        "scattered": np.hstack([origins, rng.uniform(0, 70, (20_000, 3)) - origins]),
+        "scattered": np.hstack([origins, rng.uniform(0, 70, (8_000, 3)) - origins]),
         "one hit": np.hstack([np.full((999, 3), 35.2), rng.normal(size=(999, 3))]),
     }[rays_of]
     expected = scene.cast_rays(rays, coherent=False, outputs=ALL_OUTPUTS)
@@ -130,11 +131,13 @@ np.savez(sys.argv[1], *[array for one in hits for array in one.values()], *occlu
 """
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("isa", ["sse2", "sse4.2", "avx", "avx2", "avx512"])
-def test_instruction_sets_of_embree(tmp_path, isa):
-    def trace(name, **environment):
-        file = tmp_path / f"{name}.npz"
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory):
+    """What a process of its own finds, by its environment."""
+    file = tmp_path_factory.mktemp("traces") / "found.npz"
+
+    @functools.cache
+    def trace(**environment):
         finished = subprocess.run(
             [sys.executable, "-c", TRACE, str(file)],
             env=os.environ | environment,
@@ -142,12 +145,18 @@ def test_instruction_sets_of_embree(tmp_path, isa):
             encoding="utf-8",
         )
         if "the processor does not have the instructions" in finished.stderr:
-            pytest.skip(f"this processor has no {isa}")
+            pytest.skip(f"this processor has no {environment['ISOSPLINE_EMBREE']}")
         assert finished.returncode == 0, finished.stderr
         with np.load(file) as arrays:
             return [arrays[array] for array in arrays]
 
-    expected, actual = trace("expected"), trace("actual", ISOSPLINE_EMBREE=f"isa={isa}")
+    return trace
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("isa", ["sse2", "sse4.2", "avx", "avx2", "avx512"])
+def test_instruction_sets_of_embree(trace, isa):
+    expected, actual = trace(), trace(ISOSPLINE_EMBREE=f"isa={isa}")
     assert np.isfinite(expected[0]).mean() > 0.3
     for one, other in zip(expected, actual):
         np.testing.assert_array_equal(one, other)

@@ -56,6 +56,7 @@ def square_of_distance(size=24, degree=2, **options):
     return isospline.Volume(data, degree=degree, filter="none", **options)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("origin, distance", [((0, 0, 0), 40), ((0, 0, 0), 1e6), ((1e4, -3e4, 2e4), 40)])

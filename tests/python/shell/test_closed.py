@@ -155,6 +155,7 @@ def is_closed(mesh, solid):
     )
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("oblique", [False, True])
 @pytest.mark.parametrize("degree", [1, 2, 3])
@@ -232,6 +233,7 @@ def test_a_half_full_volume_is_a_cut_parallelepiped(oblique):
     assert not wrong, f"{len(wrong)} wrong, for example {wrong[0]}"
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("inside", ["above", "below"])

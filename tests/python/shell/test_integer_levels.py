@@ -90,6 +90,7 @@ def test_the_number_of_crossings_tells_the_side(rng, degree, largest):
 
 
 @pytest.mark.slow
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("degree, largest", CASES)
 def test_the_solids_above_and_below_fill_the_volume_and_share_the_surface(degree, largest):
     for above, _ in surfaces(degree, largest, inside=["above"]):
@@ -102,6 +103,7 @@ def test_the_solids_above_and_below_fill_the_volume_and_share_the_surface(degree
 
 
 @pytest.mark.slow
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("degree, largest", CASES)
 def test_measures_agree_with_points_and_lines(rng, degree, largest):
     """Volumes against shares of random points; areas against crossings of random lines (Crofton's formula)."""

@@ -49,6 +49,7 @@ def test_random_volumes_have_the_shell_of_the_definition(rng, degree, boundary, 
                 assert_is_shell(surface, shell_definition.shell(volume, 0.25, **options))
 
 
+@pytest.mark.sweep(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("prune_depth", range(5))
 @pytest.mark.parametrize("degree", [1, 2, 3])

@@ -51,6 +51,7 @@ def by_blocks(data, offset, *options):
     return got
 
 
+@pytest.mark.sweep(10)
 @pytest.mark.slow
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
 @pytest.mark.parametrize(
@@ -79,6 +80,7 @@ def test_blocks_have_the_coefficients_of_scipy(degree, boundary):
     assert np.abs(got - expected).max() < 3 * np.spacing(np.float32(np.abs(expected).max()))
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", range(6))
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])

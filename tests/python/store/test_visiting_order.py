@@ -79,7 +79,7 @@ def test_points_of_a_scene_read_a_store_about_once(made, opened):
 @pytest.mark.slow
 def test_sorted_rays_read_a_fraction(opened):
     scene = isospline.Scene([isospline.Isosurface(opened, 0.0)])
-    rays = rays_at(opened, 6000)
+    rays = rays_at(opened, 2000)
     read = [bytes_of(opened, lambda: query(rays)) for query in (scene.cast_rays, scene.test_occlusions)]
     # Coherent rays keep their order, and here they are not coherent.
     assert 5 * max(read) < bytes_of(opened, lambda: scene.cast_rays(rays, coherent=True))
@@ -107,7 +107,7 @@ def test_results_are_those_of_the_volume_in_memory_in_the_given_order(made, open
         scene.add(surface, transform=transform, visible=False)
         scenes.append(scene)
     ours, theirs = scenes
-    rays = rays_at(opened, 500, seed=4).reshape(10, 50, 6)
+    rays = rays_at(opened, 200, seed=4).reshape(10, 20, 6)
     rays[0, 0, :3], rays[0, 1, 3:] = 1e12, (1e150, 0, 0)  # far out of any grid of integers
     for limits in ({}, {"t_near": 0.5, "t_far": 60}):
         out = {"t_hit": np.empty(rays.shape[:2])}
@@ -129,7 +129,7 @@ def test_results_are_those_of_the_volume_in_memory_in_the_given_order(made, open
 def test_bad_rays_are_named_by_their_place_in_the_array(opened):
     scene = isospline.Scene([isospline.Isosurface(opened, 0.0)])
     for wrong, said in ((np.nan, "finite origins and directions, got nan in ray 77"), (0.0, "zero, got .* in ray 77")):
-        rays = rays_at(opened, 300)
+        rays = rays_at(opened, 201)
         rays[[77, 200], 3:] = wrong
         for query in (scene.cast_rays, scene.test_occlusions, scene.list_intersections, scene.count_intersections):
             with pytest.raises(ValueError, match=said):
