@@ -74,13 +74,13 @@ void SceneSnapshot::Impl::list(bool SeenBy::*sees, const Ray& ray, std::size_t i
                                std::vector<ListedCrossing>& crossings) const
 {
     crossings.clear();
-    if (!prepare(ray, index, frame_of(sees), query.prepared))
+    if (!prepare(ray, index, met(sees).frame, query.prepared))
         return;
     query.all->clear();
     query.begin(ray);
     RTCRayHit ray_hit;
     set_ray(query.prepared.ray, ray_hit);
-    embree::intersect(top(sees), query, ray_hit);
+    embree::intersect(met(sees).top.get(), query, ray_hit);
     query.rethrow();
     list(ray, query.prepared, *query.all, query.chords, crossings);
 }

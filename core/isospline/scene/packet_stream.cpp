@@ -7,15 +7,15 @@
 
 namespace isospline {
 
-PacketStream::PacketStream(Instances instances, const Traversal& traversal, std::span<const RayPacket> packets,
-                           std::size_t index, std::span<LaneMask> found)
-    : instances_(instances), traversal_(traversal), packets_(packets), first_index_(index), found_(found)
+PacketStream::PacketStream(Instances instances, const Met& met, std::span<const RayPacket> packets, std::size_t index,
+                           std::span<LaneMask> found)
+    : instances_(instances), met_(met), packets_(packets), first_index_(index), found_(found)
 {
 }
 
 void PacketStream::trace(const RayStream& stream)
 {
-    for (const std::uint32_t slot : traversal_.streams()) {
+    for (const std::uint32_t slot : met_.streams) {
         slot_ = slot;
         instance_ = instances_[slot].get();
         object_ = instance_->object->with_stream();
@@ -62,7 +62,7 @@ bool PacketStream::prepare_next_packet()
     LaneMask& found = found_[begun_];
     if (is_first_)
         found = 0;
-    rest_ = prepare_packet(packet, index_, traversal_.frame, prepared_);
+    rest_ = prepare_packet(packet, index_, met_.frame, prepared_);
     if (hits_.empty())
         rest_ &= ~found; // nothing more is asked of occluded rays
     index_ += static_cast<std::size_t>(packet.count);

@@ -1,4 +1,4 @@
-// The rays of several packets, traced in a stream at each isosurface that they see.
+// The rays of several packets, traced in a stream at each isosurface that traces rays so.
 #pragma once
 
 #include "isospline/scene/ray_query.h"
@@ -15,7 +15,7 @@ namespace isospline {
 class PacketStream {
 public:
     /// `index` is the number of the first ray. `found` are the lanes of each packet that hit.
-    PacketStream(Instances instances, const Traversal& traversal, std::span<const RayPacket> packets, std::size_t index,
+    PacketStream(Instances instances, const Met& met, std::span<const RayPacket> packets, std::size_t index,
                  std::span<LaneMask> found);
 
     /// Finds the nearest hits of each packet.
@@ -42,7 +42,7 @@ private:
     };
 
     Instances instances_;
-    const Traversal& traversal_;
+    const Met& met_;
     std::span<const RayPacket> packets_;
     const std::size_t first_index_;
     std::span<LaneMask> found_;

@@ -28,7 +28,7 @@ void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHits* in_meshes, s
 
 LaneMask RayCaster::Impl::prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal)
 {
-    const LaneMask used = prepare_packet(rays, index, traversal.frame, prepared);
+    const LaneMask used = prepare_packet(rays, index, traversal.met.frame, prepared);
     if (const Instance* const alone = traversal.alone; alone != nullptr && used != 0)
         to_lattice(prepared, alone->placement.centred_to_local, alone->object->cell_shape(), local);
     return used;
@@ -103,9 +103,37 @@ void RayCaster::Impl::cast_stream(std::span<const RayPacket> packets, std::size_
                                   std::span<LaneMask> hit_lanes)
 {
     stream_hits.resize(std::max(stream_hits.size(), packets.size()));
-    PacketStream(scene.instances, seen, packets, index, hit_lanes).cast(stream_hits);
-    for (std::size_t i = 0; i < packets.size(); ++i)
-        set_hits(packets[i], hit_lanes[i], stream_hits[i], nullptr, hits_of_packet(hits, i, width()));
+    PacketStream(scene.instances, seen.met, packets, index, hit_lanes).cast(stream_hits);
+    const bool has_others = seen.met.others != nullptr;
+    for (std::size_t i = 0; i < packets.size(); ++i) {
+        if (has_others)
+            cast_at_others(packets[i], index, stream_hits[i], hit_lanes[i]);
+        set_hits(packets[i], hit_lanes[i], stream_hits[i], has_others ? mesh_hits : nullptr,
+                 hits_of_packet(hits, i, width()));
+        index += static_cast<std::size_t>(packets[i].count);
+    }
+}
+
+void RayCaster::Impl::cast_at_others(const RayPacket& rays, std::size_t index, PacketHits& hits, LaneMask& hit_lanes)
+{
+    RTCRayHit ray_hit;
+    for (LaneMask rest = prepare_singles(rays, index, seen); rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const Ray given = rays.ray(lane);
+        Ray ready = begin(seen, given, lane);
+        query.begin_at(hits, lane);
+        ready.t_far = std::min(ready.t_far, query.t_limit);
+        set_ray(ready, ray_hit);
+        embree::intersect(seen.met.others.get(), query, ray_hit);
+        query.rethrow();
+        std::swap(mesh_hits[lane], query.in_meshes);
+        if (!query.has_hit())
+            continue;
+        hit_lanes |= LaneMask{1} << lane;
+        hits.nearest.set(lane, query.nearest);
+        hits.nearest_given[lane] = query.nearest_given;
+        hits.nearest_ids[lane] = query.nearest_ids;
+    }
 }
 
 RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact, bool SeenBy::*sees)
@@ -126,7 +154,7 @@ int RayCaster::width() const
 
 std::size_t RayCaster::batch_size() const
 {
-    return impl_->seen.stream_count > 0 || impl_->shadow.stream_count > 0 ? largest_batch : 1;
+    return impl_->seen.met.streams.empty() && impl_->shadow.met.streams.empty() ? 1 : largest_batch;
 }
 
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)

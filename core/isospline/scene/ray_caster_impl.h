@@ -124,10 +124,14 @@ struct RayCaster::Impl {
     /// Whether there is a stream, and it is the fastest way for packets. The rays meet what SeenBy::* says.
     bool prefers_stream(const Traversal& traversal, bool SeenBy::*meets, std::span<const RayPacket> packets) const
     {
-        return traversal.stream_count > 0 && (packet_size == 0 || !scene.coherence(meets).suit_packets(packets));
+        return !traversal.met.streams.empty() &&
+               (packet_size == 0 || !scene.coherence(meets).suit_packets(packets, traversal.met.others != nullptr));
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);
+    /// Looks for nearer hits of a packet in what traces no rays in a stream; sets `mesh_hits`.
+    void cast_at_others(const RayPacket& rays, std::size_t index, PacketHits& hits, LaneMask& hit_lanes);
+    void test_stream(std::span<const RayPacket> packets, std::size_t index, std::span<LaneMask> occluded);
     /// Begins the query of a packet, and sets Embree's rays; returns the rays that do not miss the scene's box.
     template <int Size, class Packet, class EmbreeRays>
     LaneMask begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
@@ -140,7 +144,8 @@ struct RayCaster::Impl {
                   std::span<Hit> hits) const;
     template <int Size>
     LaneMask cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
-    LaneMask test_singles(const RayPacket& rays, std::size_t index);
+    /// The occluded ones of some rays.
+    LaneMask test_singles(const RayPacket& rays, std::size_t index, RTCScene in, LaneMask lanes);
     template <int Size>
     LaneMask test_packet(const RayPacket& rays, std::size_t index);
     /// Finds the occluded rays of a packet and their optical depths, or all crossings, for `packet_occlusion`; returns
@@ -176,6 +181,7 @@ struct RayCaster::Impl {
     PreparedPacket prepared;
     LatticeRayPacket local;              ///< in the space of the only instance
     std::vector<PacketHits> stream_hits; ///< of the packets of a stream
+    MeshHits mesh_hits[packet_capacity]; ///< of one of them
     std::optional<PacketQuery> packet_query;
     std::optional<PacketOcclusion> packet_occlusion;
     RawCrossings all; ///< of a packet
@@ -185,7 +191,7 @@ template <int Size, class Packet, class EmbreeRays>
 LaneMask RayCaster::Impl::begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
                                 EmbreeRays& ready) const
 {
-    const LaneMask used = prepare_packet(rays, index, traversal.frame, packet.prepared);
+    const LaneMask used = prepare_packet(rays, index, traversal.met.frame, packet.prepared);
     if (used == 0)
         return 0;
     packet.begin(rays, used);

@@ -29,6 +29,8 @@ constexpr std::size_t most_groups = 16;
 constexpr double tight_spread = 10.0;
 /// With a stream in place of Embree, single rays are faster: a packet breaks even with them at about this spread.
 constexpr double stream_spread = 5.0;
+/// The same where rays also meet objects without a stream, one by one in Embree.
+constexpr double mixed_spread = 20.0;
 /// Rays of a group within so many cells are those of a row of a picture, and tight once they are sorted.
 constexpr double near_spread = 20.0;
 /// Rays of a group that enter the box farther from each other read other parts of the index and the volume each.
@@ -103,7 +105,7 @@ std::optional<RayCoherence::Spread> RayCoherence::spread(std::size_t count, cons
     return Spread{of_entries, std::max(of_entries, glm::length(exits.size()) / cell_), rays};
 }
 
-bool RayCoherence::suit_packets(std::span<const RayPacket> packets) const
+bool RayCoherence::suit_packets(std::span<const RayPacket> packets, bool meets_others) const
 {
     for (const RayPacket& rays : packets) {
         if (rays.count < 2)
@@ -111,7 +113,7 @@ bool RayCoherence::suit_packets(std::span<const RayPacket> packets) const
         // The rays at opposite corners of a tile, or at the ends of a row.
         const auto of_ends = spread(2, [&rays](std::size_t i) { return rays.ray(i == 0 ? 0 : rays.count - 1); });
         if (of_ends && of_ends->rays == 2)
-            return of_ends->largest <= stream_spread;
+            return of_ends->largest <= (meets_others ? mixed_spread : stream_spread);
     }
     return false;
 }

@@ -7,11 +7,11 @@
 
 namespace isospline {
 
-LaneMask RayCaster::Impl::test_singles(const RayPacket& rays, std::size_t index)
+LaneMask RayCaster::Impl::test_singles(const RayPacket& rays, std::size_t index, RTCScene in, LaneMask lanes)
 {
     LaneMask occluded = 0;
     RTCRayHit ray_hit;
-    for (LaneMask rest = prepare_singles(rays, index, shadow); rest != 0; rest &= rest - 1u) {
+    for (LaneMask rest = prepare_singles(rays, index, shadow) & lanes; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const Ray given = rays.ray(lane);
         const Ray ready = begin(shadow, given, lane);
@@ -19,17 +19,26 @@ LaneMask RayCaster::Impl::test_singles(const RayPacket& rays, std::size_t index)
         if (scene.reads_sources) {
             // Embree looks for any hit in any order, and would read far boxes in vain.
             set_ray(ready, ray_hit);
-            embree::intersect(shadow.scene, query, ray_hit);
+            embree::intersect(in, query, ray_hit);
             is_occluded = query.has_hit();
         } else {
             set_ray(ready, ray_hit.ray);
-            embree::occluded(shadow.scene, query, ray_hit.ray);
+            embree::occluded(in, query, ray_hit.ray);
             is_occluded = ray_hit.ray.tfar < 0.0f;
         }
         query.rethrow();
         occluded |= static_cast<LaneMask>(is_occluded) << lane;
     }
     return occluded;
+}
+
+void RayCaster::Impl::test_stream(std::span<const RayPacket> packets, std::size_t index, std::span<LaneMask> occluded)
+{
+    PacketStream(scene.instances, shadow.met, packets, index, occluded).test_occlusions();
+    for (std::size_t i = 0; shadow.met.others != nullptr && i < packets.size(); ++i) {
+        occluded[i] |= test_singles(packets[i], index, shadow.met.others.get(), ~occluded[i]);
+        index += static_cast<std::size_t>(packets[i].count);
+    }
 }
 
 template <int Size>
@@ -152,12 +161,13 @@ void RayCaster::test_occlusions(std::span<const RayPacket> packets, std::size_t 
         check_packet(rays, width(), RayPacket::capacity);
     impl_->ray_count += ray_count(packets);
     if (impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets))
-        return PacketStream(impl_->scene.instances, impl_->shadow, packets, index, occluded).test_occlusions();
+        return impl_->test_stream(packets, index, occluded);
     for (std::size_t i = 0; i < packets.size(); ++i) {
-        occluded[i] = impl_->packet_size == 0 ? impl_->test_singles(packets[i], index)
-                                              : dispatch_packet_size(impl_->packet_size, [&](auto size) {
-                                                    return impl_->test_packet<size>(packets[i], index);
-                                                });
+        occluded[i] = impl_->packet_size == 0
+                          ? impl_->test_singles(packets[i], index, impl_->shadow.scene, ~LaneMask{0})
+                          : dispatch_packet_size(impl_->packet_size, [&](auto size) {
+                                return impl_->test_packet<size>(packets[i], index);
+                            });
         index += static_cast<std::size_t>(packets[i].count);
     }
 }

@@ -189,6 +189,8 @@ struct Query : embree::QueryContext {
     std::exception_ptr raised;
 };
 
+struct PacketHits;
+
 /// The query of one ray.
 struct RayQuery : Query {
     explicit RayQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
@@ -204,6 +206,9 @@ struct RayQuery : Query {
         cached_slot = RTC_INVALID_GEOMETRY_ID;
         chords.clear();
     }
+
+    /// Call this after begin(): the nearest hit so far is that of a lane of a packet.
+    void begin_at(const PacketHits& hits, int lane);
 
     bool has_hit() const { return nearest_ids.slot != RTC_INVALID_GEOMETRY_ID; }
 
@@ -331,6 +336,16 @@ private:
         t_limit[lane] = last_equal_t(root.t, limits);
     }
 };
+
+inline void RayQuery::begin_at(const PacketHits& hits, int lane)
+{
+    t_limit = hits.t_limit[lane];
+    nearest_ids = hits.nearest_ids[lane];
+    if (!has_hit())
+        return;
+    nearest = hits.nearest.root(lane);
+    nearest_given = hits.nearest_given[lane];
+}
 
 /// The query of a packet of rays.
 struct PacketQuery : Query, PacketHits {

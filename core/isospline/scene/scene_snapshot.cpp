@@ -32,25 +32,12 @@ const Instance& SceneSnapshot::Impl::instance(std::uint32_t id, const char* para
 
 Traversal SceneSnapshot::Impl::traversal(bool SeenBy::*sees) const
 {
-    Traversal result{top(sees), nullptr, 0, frame_of(sees)};
-    bool have_streams = true;
-    std::size_t seen = 0;
-    for (std::uint32_t slot = 0; slot < instances.size() && (have_streams || seen < 2); ++slot) {
-        const Instance& instance = *instances[slot];
-        if (!(instance.shown.seen_by.*sees))
-            continue;
-        ++seen;
-        result.alone = seen == 1 ? &instance : nullptr;
-        result.slot = seen == 1 ? slot : 0;
-        have_streams = have_streams && seen <= Traversal::most_streams && instance.object->with_stream() != nullptr;
-        if (have_streams)
-            result.stream_slots[result.stream_count++] = slot;
-    }
-    if (result.alone != nullptr)
-        result.scene = result.alone->object->scene();
-    if (!have_streams)
-        result.stream_count = 0;
-    return result;
+    const Met& of_rays = met(sees);
+    const auto is_seen = [sees](const auto& instance) { return instance->shown.seen_by.*sees; };
+    const auto only = std::find_if(instances.begin(), instances.end(), is_seen);
+    if (only == instances.end() || std::find_if(only + 1, instances.end(), is_seen) != instances.end())
+        return {of_rays.top.get(), nullptr, 0, of_rays};
+    return {(*only)->object->scene(), only->get(), static_cast<std::uint32_t>(only - instances.begin()), of_rays};
 }
 
 SceneSnapshot::SceneSnapshot(std::unique_ptr<const Impl> impl) : impl_(std::move(impl))

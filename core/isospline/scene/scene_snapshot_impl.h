@@ -11,7 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <span>
+#include <optional>
 #include <vector>
 
 namespace isospline {
@@ -36,24 +36,26 @@ struct SurfaceAtLevel {
     std::shared_ptr<const IsosurfaceSnapshot> shown;
 };
 
-/// What rays are traced through: an Embree scene of instances, or the own scene of the only object that the rays see,
-/// with the rays in its local space.
-struct Traversal {
+/// What a kind of rays meets: the instances that SeenBy::camera or SeenBy::shadow tells.
+struct Met {
     /// More objects are traced faster in Embree, which visits the nearest ones first.
     static constexpr std::size_t most_streams = 4;
 
-    std::span<const std::uint32_t> streams() const { return {stream_slots, stream_count}; }
+    RayFrame frame;
+    embree::SceneHandle top;            ///< of all of them
+    std::vector<std::uint32_t> streams; ///< the slots of those that trace rays in a stream, if these are few
+    embree::SceneHandle others;         ///< of all but these, or null if there are none, or no streams
+};
 
+/// What rays are traced through: an Embree scene of instances, or the own scene of the only object that the rays see,
+/// with the rays in its local space.
+struct Traversal {
     RTCScene scene;
     const Instance* alone; ///< the only instance, or null
     std::uint32_t slot;    ///< of that instance
-    const RayFrame& frame; ///< of the rays
-    /// The slots of all instances that the rays see, if these are few and each traces rays in a stream.
-    std::uint32_t stream_slots[most_streams] = {};
-    std::size_t stream_count = 0;
+    const Met& met;        ///< for rays in streams
 };
 
-/// A query uses one of two Embree scenes of all instances. They are the same if all rays see the same objects.
 struct SceneSnapshot::Impl {
     /// The instance with a geometry id, or null.
     const Instance* find(std::uint32_t id) const;
@@ -72,12 +74,11 @@ struct SceneSnapshot::Impl {
 
     std::vector<std::shared_ptr<const Instance>> instances; ///< by slot, in the order of their ids
     std::vector<SurfaceAtLevel> surfaces;                   ///< each once
-    embree::SceneHandle camera_top;                         ///< of what the camera sees
-    embree::SceneHandle own_shadow_top;                     ///< null if shadow rays see the same as the camera
-    RayFrame frame;                      ///< of all objects at all levels, so that rays do not depend on levels
-    RayFrame camera_frame, shadow_frame; ///< of rays that meet a part of them, about the same centre
-    std::uint64_t version = 0;           ///< of the scene's edits
-    std::uint32_t next_id = 0;           ///< above all ids used so far
+    RayFrame frame; ///< of all objects at all levels, so that rays do not depend on levels
+    Met by_camera;
+    std::optional<Met> by_shadow; ///< if shadow rays do not meet the same instances
+    std::uint64_t version = 0;    ///< of the scene's edits
+    std::uint32_t next_id = 0;    ///< above all ids used so far
     std::uint64_t build_count = 0;
     std::vector<std::shared_ptr<const Object>> objects; ///< of the instances, each once
     bool reads_sources = false;                         ///< whether coefficients of a surface are not in memory
@@ -89,13 +90,8 @@ struct SceneSnapshot::Impl {
     /// The coherence of rays that meet objects as SeenBy::camera or SeenBy::shadow says.
     const RayCoherence& coherence(bool SeenBy::*sees) const;
 
-    /// What such rays are traced through.
-    RTCScene top(bool SeenBy::*sees) const
-    {
-        return sees == &SeenBy::shadow && own_shadow_top ? own_shadow_top.get() : camera_top.get();
-    }
-    /// The frame of such rays.
-    const RayFrame& frame_of(bool SeenBy::*sees) const { return sees == &SeenBy::shadow ? shadow_frame : camera_frame; }
+    /// What such rays meet.
+    const Met& met(bool SeenBy::*sees) const { return sees == &SeenBy::shadow && by_shadow ? *by_shadow : by_camera; }
     Traversal traversal(bool SeenBy::*sees) const;
 };
 

@@ -10,19 +10,42 @@ namespace isospline {
 
 namespace {
 
-/// An Embree scene of the instances that one kind of rays sees.
-embree::SceneHandle make_top(const std::vector<std::shared_ptr<const Instance>>& instances, bool SeenBy::*sees)
+using InstancesBySlot = std::vector<std::shared_ptr<const Instance>>;
+
+/// An Embree scene of some instances.
+template <typename IsIn>
+embree::SceneHandle make_top(const InstancesBySlot& instances, const IsIn& is_in)
 {
     const Device& device = Device::shared();
     embree::SceneHandle top(rtcNewScene(device.get()));
     device.check();
     rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST);
     for (std::size_t slot = 0; slot < instances.size(); ++slot)
-        if (instances[slot]->shown.seen_by.*sees)
+        if (is_in(*instances[slot]))
             rtcAttachGeometryByID(top.get(), instances[slot]->geometry.get(), static_cast<unsigned int>(slot));
     device.check();
     device.commit(top.get());
     return top;
+}
+
+/// Sets the scenes of what a kind of rays meets, but not the frame.
+void set_scenes(const InstancesBySlot& instances, bool SeenBy::*sees, Met& met)
+{
+    const auto is_seen = [sees](const Instance& instance) { return instance.shown.seen_by.*sees; };
+    const auto is_other = [&](const Instance& instance) {
+        return is_seen(instance) && instance.object->with_stream() == nullptr;
+    };
+    met.top = make_top(instances, is_seen);
+    bool has_others = false;
+    for (std::uint32_t slot = 0; slot < instances.size(); ++slot) {
+        has_others = has_others || is_other(*instances[slot]);
+        if (is_seen(*instances[slot]) && !is_other(*instances[slot]))
+            met.streams.push_back(slot);
+    }
+    if (met.streams.size() > Met::most_streams)
+        met.streams.clear();
+    if (has_others && !met.streams.empty())
+        met.others = make_top(instances, is_other);
 }
 
 } // namespace
@@ -112,7 +135,9 @@ void SnapshotBuilder::plan_instances()
 void SnapshotBuilder::place_instances()
 {
     Box all, of_camera, of_shadow;
+    bool shadows_differ = false;
     for (const Plan& plan : plans_) {
+        shadows_differ = shadows_differ || plan.shown.seen_by.camera != plan.shown.seen_by.shadow;
         const Box domain = placed_domain(plan.shape->object->local(), plan.shown.transform);
         all.extend(domain);
         if (plan.shown.seen_by.camera)
@@ -121,12 +146,15 @@ void SnapshotBuilder::place_instances()
             of_shadow.extend(domain);
     }
     next_->frame = RayFrame(all);
-    next_->camera_frame = frame_for(of_camera, next_->frame);
-    next_->shadow_frame = frame_for(of_shadow, next_->frame);
+    next_->by_camera.frame = frame_for(of_camera, next_->frame);
+    if (shadows_differ)
+        next_->by_shadow.emplace().frame = frame_for(of_shadow, next_->frame);
     for (Plan& plan : plans_) {
         Shape& shape = *plan.shape;
-        const double ray_radius = std::max(plan.shown.seen_by.camera ? next_->camera_frame.radius : 0.0,
-                                           plan.shown.seen_by.shadow ? next_->shadow_frame.radius : 0.0);
+        const auto radius = [&](bool SeenBy::*sees) {
+            return plan.shown.seen_by.*sees ? next_->met(sees).frame.radius : 0.0;
+        };
+        const double ray_radius = std::max(radius(&SeenBy::camera), radius(&SeenBy::shadow));
         plan.placement = placed(shape.object->local(), plan.shown.transform, next_->frame, ray_radius, plan.id);
         shape.largest_error = std::max(shape.largest_error, plan.placement.rounding_error);
     }
@@ -151,14 +179,12 @@ void SnapshotBuilder::make_instances()
 {
     const EmbreeMemory embree_memory;
     Device::shared().forget_errors();
-    bool shadows_differ = false;
-    const std::vector<std::shared_ptr<const Instance>> none;
+    const InstancesBySlot none;
     const auto& old_instances = before ? before->impl_->instances : none;
     auto old = old_instances.begin();
     const auto old_end = old_instances.end();
     next_->instances.reserve(plans_.size());
     for (Plan& plan : plans_) {
-        shadows_differ = shadows_differ || plan.shown.seen_by.camera != plan.shown.seen_by.shadow;
         const std::shared_ptr<const Object>& object = plan.shape->object;
         // An instance that has not moved keeps its geometry.
         while (old != old_end && (*old)->id < plan.id)
@@ -175,10 +201,9 @@ void SnapshotBuilder::make_instances()
                                                                         plan.placement, next_->frame.centre));
         }
     }
-    next_->camera_top = make_top(next_->instances, &SeenBy::camera);
-    // Shadow rays have their own scene only if they do not see the same objects as the camera.
-    if (shadows_differ)
-        next_->own_shadow_top = make_top(next_->instances, &SeenBy::shadow);
+    set_scenes(next_->instances, &SeenBy::camera, next_->by_camera);
+    if (next_->by_shadow)
+        set_scenes(next_->instances, &SeenBy::shadow, *next_->by_shadow);
 
     next_->top_memory = embree_memory.bytes() + plans_.size() * sizeof(Instance);
     for (const auto& [what, shape] : shapes_)

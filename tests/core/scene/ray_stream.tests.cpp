@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -124,7 +125,7 @@ bool is_same(const Hit& a, const Hit& b)
 {
     return a.t == b.t && a.position == b.position && a.normal == b.normal &&
            a.gradient_magnitude == b.gradient_magnitude && a.geometry_id == b.geometry_id &&
-           a.primitive_id == b.primitive_id;
+           a.primitive_id == b.primitive_id && a.uv == b.uv;
 }
 
 /// Whether rays one by one and in packets have the same answers, bit for bit. Returns the number of hits.
@@ -221,6 +222,40 @@ TEST_CASE("a stream visits few isosurfaces, one after the other", "[scene]")
         REQUIRE(require_as_packets(snapshots, rays) > rays.size() / 2);
         scene.add(surface, glm::scale(moved, glm::dvec3(1.5, -0.8, 1.0))); // these are too many
     }
+}
+
+TEST_CASE("rays in a stream also meet meshes and capped surfaces", "[scene]")
+{
+    const auto volume = noise_volume(glm::ivec3(19, 23, 31), 2);
+    const auto mesh = std::make_shared<Mesh>(
+        std::vector<glm::dvec3>{{0.0, 0.0, 0.0}, {20.0, 0.0, 5.0}, {0.0, 20.0, 29.0}, {20.0, 20.0, 25.0}},
+        std::vector<glm::uvec3>{{0, 1, 2}, {1, 3, 2}});
+    IsosurfaceOptions capped;
+    capped.clip = {{{1.0, 0.5, 0.2}, 9.0}};
+    capped.capped = true;
+    const bool casts_shadow = GENERATE(true, false);
+    Scene scene;
+    scene.add(mesh);
+    scene.add(std::make_shared<Isosurface>(volume, 0.8));
+    scene.add(mesh, glm::translate(glm::dmat4(1.0), glm::dvec3(1.0, 2.0, -9.0)), {true, casts_shadow});
+    scene.add(std::make_shared<Isosurface>(volume, -0.6, capped));
+    scene.add(std::make_shared<Isosurface>(volume, -0.9));
+    const Snapshots snapshots{scene.snapshot(), scene.settle()};
+    REQUIRE(RayCaster(*snapshots.settled, RayCaster::Rays::incoherent).batch_size() > 1);
+    const std::vector<Ray> rays = rays_through(*volume, glm::dmat4(1.0), 3000);
+    std::vector<Hit> hits(rays.size());
+    snapshots.settled->cast_rays(rays, hits, false);
+    std::size_t of_object[5] = {};
+    for (const Hit& hit : hits)
+        if (hit)
+            ++of_object[hit.geometry_id];
+    REQUIRE(std::all_of(std::begin(of_object), std::end(of_object), [](std::size_t count) { return count > 20; }));
+    if (casts_shadow)
+        REQUIRE(require_as_packets(snapshots, rays) > rays.size() / 2);
+    std::vector<std::uint8_t> occluded(rays.size()), of_packets(rays.size());
+    snapshots.settled->test_occlusions(rays, occluded, false);
+    snapshots.draft->test_occlusions(rays, of_packets, true);
+    REQUIRE(occluded == of_packets);
 }
 
 TEST_CASE("a stream takes any number of rays, and names a bad one", "[scene]")
