@@ -31,7 +31,10 @@ FINAL_SAMPLES = {"studio": STUDIO_SAMPLES, "phong": 16, "outline": 16, "ambient-
 SKY, LAMP, LAMP_RIGHT, LAMP_UP = 0.7, 0.45, 0.6, -0.8
 
 # The part of the sky that surfaces see in moving pictures: in path tracing, and in ambient occlusion at outlines.
-_SEEN_SKY, _AT_EDGES = 0.8, 0.5
+_SEEN_SKY, _AT_EDGES = 0.92, 0.5
+
+# The part of light that dielectrics and usual metals reflect, and the smallest square of a roughness, for highlights.
+_DIELECTRIC, _METAL, _SHARPEST = 0.04, 0.7, 0.02
 
 # Samples per pixel in each pass.
 _PASSES = {"studio": (1, STUDIO_SAMPLES), "path-trace": (1, 2, 4, 8, 16, 32, 64, 128, 256)}
@@ -213,9 +216,8 @@ class PictureMaker:
 
     def shadings(self, state, ids, moving=False):
         """A shading for each geometry id."""
-        shading = _shading(state, moving)
         return {
-            id: shading._taking(material, names_in_shadings(material))
+            id: _shading(state, material, moving)._taking(material, names_in_shadings(material))
             for id, material in self._materials(state, ids).items()
         }
 
@@ -292,26 +294,38 @@ def path_tracing_lights(camera):
     return [EnvironmentLight(SKY), _lamp(camera, LAMP * math.pi)]
 
 
-def _shading(state, moving):
+def _shading(state, material, moving):
     """The shading of a light; the materials of the objects determine their looks in it."""
     if state.light == "outline":
         return Outline(state.exponent, color=0.02)
-    if state.light == "ambient-occlusion" and not moving:
-        return AmbientOcclusion()
-    if state.light in ("ambient-occlusion", "path-trace"):
-        return Phong(diffuse=1.0, specular=0.0, **_light_in_motion(state.light, state.camera))
+    if state.light == "ambient-occlusion":
+        return _occluded_in_motion(state.camera) if moving else AmbientOcclusion()
+    if state.light == "path-trace":
+        return _traced_in_motion(material, state.camera)
     return Phong(shadows=state.shadows and not moving)
 
 
-def _light_in_motion(light, camera):
-    """Parameters of `Phong` for about the light of pictures that are too slow for movement.
+def _occluded_in_motion(camera):
+    """About ambient occlusion, at once: from most surfaces, a part of the sky is hidden, the more they turn away."""
+    light = DirectionalLight(camera.camera().world_to_camera[2, :3], intensity=1 - _AT_EDGES)
+    return Phong(ambient=_AT_EDGES, diffuse=1.0, specular=0.0, lights=[light])
 
-    From most surfaces, a part of the sky is hidden: in ambient occlusion, the more they turn from the viewer.
+
+def _traced_in_motion(material, camera):
+    """About path tracing, at once: first hits with the lamp's shadows and highlights, and a sky that is partly hidden.
+
+    The height of highlights is that of microfacets in the direction of mirrors, F / (4 alpha^2), and so is their width.
     """
-    if light == "path-trace":
-        return {"ambient": _SEEN_SKY * SKY, "lights": [_lamp(camera, LAMP)]}
-    forward = camera.camera().world_to_camera[2, :3]
-    return {"ambient": _AT_EDGES, "lights": [DirectionalLight(forward, intensity=1 - _AT_EDGES)]}
+    alpha = max(material.roughness**2, _SHARPEST)
+    fresnel = _DIELECTRIC + material.metallic * (_METAL - _DIELECTRIC)
+    return Phong(
+        ambient=_SEEN_SKY * SKY,
+        diffuse=1.0 - material.metallic,
+        specular=min(1.0, fresnel / (4 * alpha**2)),
+        specular_exponent=max(1.0, (1 / alpha**2 - 1) / 2),
+        lights=[_lamp(camera, LAMP)],
+        shadows=True,
+    )
 
 
 def _lamp(camera, intensity):

@@ -11,7 +11,7 @@ from isospline import volumes
 from isospline.cli.main import main
 from isospline.viewer.document import Document, read_source, source_of
 from isospline.viewer.measure import measure
-from isospline.viewer.picture import PictureMaker, passes
+from isospline.viewer.picture import PictureMaker, Stage, passes
 from isospline.viewer.script import script
 from isospline.viewer.session import open_session, read_session, session_of, write_session
 from isospline.viewer.state import CameraState, ClipState, ObjectState, SliceState, ViewState
@@ -105,6 +105,22 @@ def test_pictures_in_slow_light_have_about_the_same_colours_in_movement(opened, 
     np.testing.assert_allclose(a, b, rtol=0.2)
     plain = maker.render(state.replace(light="phong"), SIZE, None).color[inside, :3].mean(axis=0)
     assert np.abs(a - b).max() < 0.5 * np.abs(plain - b).max()
+
+
+@pytest.mark.parametrize("metallic, roughness", [(0.0, 0.5), (0.0, 0.2), (1.0, 0.5), (1.0, 0.2), (0.5, 0.35)])
+def test_path_tracing_has_its_shadows_and_materials_also_in_movement(metallic, roughness):
+    """Two balls, one in the shadow of the other, against the path traced picture: in sRGB, of 255."""
+    z, y, x = np.mgrid[:40, :40, :40]
+    large, small = ((x - 16) ** 2 + (y - 22) ** 2 + (z - 14) ** 2, (x - 12) ** 2 + (y - 8) ** 2 + (z - 30) ** 2)
+    document = Document()
+    source = document.add(source_of(np.maximum(12 - np.sqrt(large), 6 - np.sqrt(small)).astype(np.float32)))
+    camera = CameraState((25.0, -80.0, 45.0), (18.0, 20.0, 18.0), (0.0, 0.0, 1.0))
+    look = {"metallic": metallic, "roughness": roughness}
+    state = ViewState(camera=camera, light="path-trace").with_new_object(source.key, 0.0, **look)
+    maker = PictureMaker(document)
+    still, moving = (maker.render(state, (80, 60), each).to_srgb().astype(int) for each in (Stage(64, True), None))
+    inside = (moving != moving[0, 0]).any(axis=-1)
+    assert np.abs(moving - still)[inside, :3].mean() < 11  # without shadows and highlights 12 to 17
 
 
 @pytest.mark.parametrize("changes", [{"visible": False}, {"closed": False}, {"largest": 1}])
