@@ -3,8 +3,9 @@
 Blocks of a page share names and a folder, which has the files that the pages speak of (`FILES`).
 
 - ``python`` blocks are executed. A ``text`` block right after one is what it prints; ``...`` stands for anything.
-- ``sh`` blocks are run by bash; for tests, commands of ours are run in this process. `make` only says what it would do, and `pip` only looks whether the package has the
-  named extras. `isospline view` is ended once its page has been loaded.
+- ``sh`` blocks are run by bash; for tests, those with commands of ours alone are run in this process. `make` only says
+  what it would do, and `pip` only looks whether the package has the named extras. `isospline view` is ended once its
+  page has been loaded.
 - For tests, pictures have few pixels and few samples, and ``<!-- small: 96 = 48 -->`` replaces a number in the page.
 - Rows of a table with code in two columns: on the right ours, on the left another library's, if it is installed.
 - ``<!-- skip: next "reason" -->`` before a block leaves it out; ``<!-- invisible-code-block: python -->`` is not shown.

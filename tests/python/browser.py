@@ -81,8 +81,8 @@ class Page:
             time.sleep(0.05)
 
     def settle(self):
-        """Wait for the last pass over the newest state."""
-        self.wait("!!isospline.frame?.final && isospline.frame.input === isospline.inputs")
+        """Wait for the last pass over the newest state; a camera is sent at the next refresh of the screen."""
+        self.wait("!isospline.cameraWaits && isospline.frame?.final && isospline.frame.input === isospline.inputs")
 
     def messages(self):
         return self.page.inner_text("#messages")

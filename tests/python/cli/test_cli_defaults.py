@@ -28,7 +28,7 @@ REAL = {
 }
 
 
-@pytest.mark.sweep(4)
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REAL)
 def test_real_volumes_render(volumes_folder, picture, capsys, name):

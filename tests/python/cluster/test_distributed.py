@@ -72,6 +72,7 @@ OF_TILES = {
 }
 
 
+@pytest.mark.sweep(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("look", [*LOOKS, *OF_TILES])
 def test_tiles_make_the_picture_of_one_process(client, scene, camera, store, look, shuffled):
@@ -83,6 +84,7 @@ def test_tiles_make_the_picture_of_one_process(client, scene, camera, store, loo
     assert got == expected
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("look", LOOKS)
 @pytest.mark.parametrize("count", [1, 5])
 def test_parts_make_the_picture_of_one_process(client, scene, camera, look, count, shuffled):
@@ -128,6 +130,7 @@ def rules(store):
 MARKS = {"annotate": True, "legend": True, "unit": "mm", "background": "white"}
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     ("rule", "options"),
     [
@@ -266,15 +269,26 @@ def test_progress_cancels(client, scene, camera):
     assert seen[0] == 0 and 0.3 <= seen[-1] < 1
 
 
-@pytest.mark.slow
-def test_the_command_line_renders_on_workers(store, tmp_path, capsys):
+#: Arguments of the command line, but for the output.
+RENDERED = ["--level", "0.1", "--size", "64x48", "--quiet", "--fast"]
+
+
+# docs/distributed.md has this command, and a scheduler's pictures are compared in test_cli_cluster.py.
+@pytest.mark.long
+def test_the_command_line_renders_on_workers(store, tmp_path):
     from isospline.cli.main import main
 
-    given = ["render", str(store), "--level", "0.1", "--size", "64x48", "--quiet", "--fast"]
+    given = ["render", str(store), *RENDERED]
     assert main([*given, "-o", str(tmp_path / "one.exr")]) == 0
-    assert main([*given, "-o", str(tmp_path / "two.exr"), "--workers", "1"]) == 0
+    assert main([*given, "-o", str(tmp_path / "two.exr"), "--workers", "2"]) == 0
     one, two = (pixels_of(tmp_path / name) for name in ("one.exr", "two.exr"))
     assert (one == two).all()
+
+
+def test_options_of_workers_that_cannot_be_combined_are_refused(store, tmp_path, capsys):
+    from isospline.cli.main import main
+
+    given = ["render", str(store), *RENDERED]
     for more, message in (
         (["--workers", "0"], "at least 1"),
         (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers cannot be combined with --scheduler"),

@@ -210,6 +210,7 @@ os._exit(0)
 """
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "call", ["render", "step", "exr", *long_ones("cast_rays", "add", "level", "volume", "closest_points", "png")]

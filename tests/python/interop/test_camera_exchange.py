@@ -166,6 +166,7 @@ def distorted_pixels(points, distortion):
     return cv2.projectPoints(points, rotation, TRANSLATION, LENS_INTRINSICS, np.array(distortion))[0][:, 0]
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("count", DISTORTIONS)
 def test_points_on_rays_are_where_opencv_distorts_them_to(count, rng):

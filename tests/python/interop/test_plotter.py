@@ -109,6 +109,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.sweep(6)
 @pytest.mark.parametrize("parallel", [False, True])
 @pytest.mark.parametrize("name", CHANGES)
 def test_surfaces_are_where_actors_would_be(name, parallel, capsys):

@@ -6,6 +6,7 @@ import pytest
 import isospline
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("inside", ["above", "below"])
 def test_balls_of_nearly_the_same_size_are_ranked_by_their_volumes(degree, inside):

@@ -29,6 +29,7 @@ def ellipsoid(rng, degree):
     return isospline.Isosurface(volume, level, inside="below"), np.sqrt(square / weights) * spacing
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 def test_ellipsoids(degree, tolerance):

@@ -99,6 +99,7 @@ def count_crossings(mesh):
     return found
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("case", [(1, 0.95, 0.5), (2, 0.95, 0.5), (2, 0.9, 1.0), (3, 0.95, 0.5), (3, 0.9, 1.0)])
 def test_noise_is_within_the_tolerance(case):
     degree, level, tolerance = case
@@ -127,6 +128,7 @@ def ball_with(amplitude, where):
     return data
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("amplitude", [0.1, 0.35])
 @pytest.mark.parametrize("where", [np.s_[15, 15, 24], np.s_[8:22, 15, 24]], ids=["voxel", "line"])
@@ -186,6 +188,7 @@ def test_a_part_that_is_left_out_does_not_refine_the_mesh():
     assert len(speck.faces) <= 1.1 * len(plain.faces)
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("tolerance", [pytest.param(0.25, marks=pytest.mark.long), 0.5])
@@ -204,6 +207,7 @@ def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
 
 
 # The mesh of seed 63 takes 15 s, of which nearly all is the proof of its distance.
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(
     "seed, degree", [(45, 2), pytest.param(63, 3, marks=pytest.mark.long), (71, 2), (74, 3), (88, 3)]
 )

@@ -44,6 +44,7 @@ def test_what_is_proven_is_true(degree):
     assert min(counts[MISS], counts[HIT]) > 0.15 * COUNT and 0 < counts[UNDECIDED] < 0.1 * COUNT
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.filterwarnings("ignore:level .* has an empty shell")
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("kind", ["placed", "sparse"])

@@ -176,6 +176,7 @@ class Case:
         return points
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_nearest_points_are_those_of_dense_points_of_caps(rng, degree):
     """No point of a cap is nearer than the result, and the result is a point of a cap or of the isosurface."""

@@ -83,6 +83,7 @@ def covered(scene, camera, size):
     return [(2 * (at - side) / side - 1) for at, side in zip(place, np.repeat(size, 2))]
 
 
+@pytest.mark.sweep(64)
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 @pytest.mark.parametrize("view", VIEWS, ids=str)
@@ -100,6 +101,7 @@ def test_what_is_drawn_fills_the_image_and_is_never_cut_off(name, view, projecti
     assert min(max(left + 1, 1 - right), max(top + 1, 1 - bottom)) - margin <= cell + 2 * pixel.max(), across
 
 
+@pytest.mark.sweep(6)
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("name", ["diagonal", "half", "placed"])

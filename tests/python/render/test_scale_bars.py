@@ -94,6 +94,7 @@ def hidden(marked, plain):
     return np.count_nonzero(changed & (plain.color[..., 3] > 0))
 
 
+@pytest.mark.sweep(8)
 @pytest.mark.parametrize("size", [(320, 180), (160, 160), (96, 72), (90, 200)], ids=str)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_no_object_is_below_the_scale_bar(shape, size, monkeypatch):

@@ -53,6 +53,7 @@ def turned_back(vector, axes, signs):
     return along[::-1]
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("turn", TURNS[::5], ids=str)
 def test_a_head_faces_the_eye_with_its_neck_below(bodies, turn):
     volume = isospline.Volume(turned(bodies["head"], *turn))
@@ -66,6 +67,7 @@ def test_a_head_faces_the_eye_with_its_neck_below(bodies, turn):
     assert "head" in found.reason or found == USUAL
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("turn", TURNS[::7], ids=str)
 @pytest.mark.parametrize("name", ["bottle", "bone"])
 def test_what_lies_on_a_plate_is_shown_without_it(bodies, name, turn):

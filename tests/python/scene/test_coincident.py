@@ -74,6 +74,7 @@ def same(hits, others, order=slice(None)):
         np.testing.assert_array_equal(array, others[name][order])
 
 
+@pytest.mark.sweep(8)
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("seed", range(12))
 def test_hits_of_coincident_objects_do_not_depend_on_other_rays(seed, closed):

@@ -56,6 +56,7 @@ def model_along(ray, volume, coefficients, degree, mode):
     return f, max(t[0].max(), 0.0), t[1].min()
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("strides", [False, True])

@@ -48,6 +48,7 @@ def test_packets_of_rays_that_are_nearly_parallel_to_an_axis(rng, tiny):
         np.testing.assert_array_equal(occluded, np.isfinite(single["t_hit"]))
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("settled", [False, True])
 def test_packets_of_shadow_rays_find_the_same(rng, degree, settled):

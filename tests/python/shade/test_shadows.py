@@ -67,6 +67,7 @@ def test_a_ball_casts_its_shadow_on_a_floor(light, to_light):
     np.testing.assert_array_equal(shadowed.color[on_ball & (facing > 1e-4)], plain.color[on_ball & (facing > 1e-4)])
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.parametrize("samples, rays, bound", [(1024, 1, 6e-3), (1, 1, 0.35), (1, 64, 0.04)])
 def test_the_shadow_of_a_disc_of_light_is_its_hidden_part(samples, rays, bound):
     """A ball hides directions within asin(radius / distance); the light's are uniform on a cap of the sphere."""

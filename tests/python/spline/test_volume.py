@@ -73,6 +73,7 @@ def reference_derivative(coefficients, points, degree, mode, orders):
     return result
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 3, 4, 5])
 @pytest.mark.parametrize(("boundary", "mode"), BOUNDARIES)

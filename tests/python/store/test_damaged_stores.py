@@ -78,6 +78,7 @@ def use(store):
         assert time.perf_counter() - begin < 20
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.filterwarnings("ignore")  # values in range may leave no surface
 @pytest.mark.parametrize("document", DOCUMENTS[:4])
 def test_changed_values_are_refused_or_harmless(store, document, rng):

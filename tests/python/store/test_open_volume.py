@@ -86,7 +86,7 @@ def test_bricks_are_dropped_under_the_limit_and_pictures_stay_the_same(pair):
     limit = 36_000_000
     opened = isospline.open_volume(folder, memory_limit=limit)
     expected = picture(volume)
-    surfaces = [isospline.Isosurface(opened, FIELD.level + 0.001 * i) for i in range(40)]
+    surfaces = [isospline.Isosurface(opened, FIELD.level + 0.001 * i) for i in range(20)]
     camera = isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0), field_of_view=35)
     for surface in surfaces:
         isospline.render(isospline.Scene([surface]), camera, size=SIZE, light="phong")

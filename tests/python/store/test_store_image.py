@@ -23,7 +23,7 @@ def samples(dtype):
     return (noise * 200 + (dtype not in ("u1", "?")) * 1000).astype(dtype) if dtype != "?" else noise > 0.5
 
 
-@pytest.mark.sweep(8)
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("dtype", ["u1", ">i2", "u4", "f4", ">f8", "?"])
 @pytest.mark.parametrize(
     ("degree", "boundary"), [(0, "mirror"), (1, "mirror"), (2, "periodic"), (3, "mirror"), (5, "mirror")]

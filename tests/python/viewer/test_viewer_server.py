@@ -264,7 +264,7 @@ def test_isosurfaces_of_scenes_are_shown_where_transforms_put_them(mirrored):
         np.testing.assert_allclose(got.primitive_normals, expected.primitive_normals, atol=1e-9)
 
 
-@pytest.mark.sweep(2)
+@pytest.mark.sweep(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("work", ["picks", "cameras of a turntable", "pictures of a turntable"])

@@ -306,6 +306,7 @@ class Command:
         assert [path.name for path in folder.rglob("other.npy")]
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
 def test_uploads_do_not_outlive_the_viewer(ball, tmp_path, ending):
