@@ -38,9 +38,10 @@ def volume_of_label(
     frame : dict
         Where the volume is.
     """
-    in_order = np.ascontiguousarray(labels, np.int32)
     field = _core.LabelField(
-        in_order, number, background, deviations[::-1], lambda fraction: progress(_UNTIL_FIELD * fraction)
+        *_in_32_bits(labels, number, background),
+        deviations[::-1],
+        lambda fraction: progress(_UNTIL_FIELD * fraction),
     )
     count = field.voxel_count
     goal = float(count)
@@ -55,6 +56,18 @@ def volume_of_label(
         goal = goal * (1 + error) + missing  # partial volumes of specks are too large
     progress(1.0)
     return volume
+
+
+def _in_32_bits(labels: NDArray[np.integer], number: int, background: int) -> tuple[NDArray[np.int32], int, int]:
+    """A map, a label and the background as they are, or as ranks if one of them does not fit."""
+    limits = np.iinfo(np.int32)
+    given = (number, background, int(labels.min()), int(labels.max()))
+    if min(given) >= limits.min and max(given) <= limits.max:
+        return np.ascontiguousarray(labels, np.int32), number, background
+    values, ranks = np.unique(labels, return_inverse=True)
+    rank_of = {value: rank for rank, value in enumerate(values.tolist())}
+    in_order = np.ascontiguousarray(ranks.reshape(labels.shape), np.int32)
+    return in_order, rank_of[number], rank_of.get(background, -1)
 
 
 def box_of(mask: NDArray[np.bool_], margin: NDArray[np.integer] | int = 0) -> tuple[slice, slice, slice]:

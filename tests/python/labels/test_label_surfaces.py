@@ -144,3 +144,14 @@ def test_specks_keep_volume(data, spacing, smoothing):
 def test_wrong_smoothing(smoothing):
     with pytest.raises(ValueError, match="smoothing: expected a number of voxels from 0.5 to 4"):
         isospline.Labels(maps.crumbs()).surface(1, smoothing=smoothing)
+
+
+def test_labels_of_any_number_are_apart():
+    data = np.zeros((12, 12, 12), np.uint64)
+    data[1:6, 1:6, 1:6], data[6:11, 1:6, 1:6], data[1:6, 6:11, 1:6] = 1, 2**32 + 1, 2**33
+    small = isospline.Labels(np.unique(data, return_inverse=True)[1].reshape(data.shape))
+    wide = isospline.Labels(data)
+    for number, rank in ((1, 1), (2**32 + 1, 2), (2**33, 3)):
+        assert wide.surface(number).enclosed_volume() == small.surface(rank).enclosed_volume()
+    inverse = isospline.Labels(np.where(data == 0, 2**32 - 1, 7).astype(np.uint32), background=2**32 - 1)
+    assert inverse.measure().voxel_counts == [3 * 125]
