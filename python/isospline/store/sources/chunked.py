@@ -63,7 +63,8 @@ class ChunkedSource(Source):
         return {
             "path": os.path.realpath(self._path),
             "key": self._key,
-            "item": sorted(self._fixed.items()),
+            "axes": list(self._axes),
+            "item": [list(each) for each in sorted(self._fixed.items())],
             "bytes": sum(each.st_size for each in status),
             "changed": max(each.st_mtime_ns for each in status),
         }

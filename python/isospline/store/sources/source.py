@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 from collections.abc import Callable
@@ -34,7 +35,8 @@ class Source:
     patient : bool
         Whether the world is a patient's, as of a `VolumeData`.
     identity : dict
-        Distinguishes this source from others: names, sizes and times of files, the first one as `path`.
+        Distinguishes this source from others: names, sizes and times of files, the first one as `path`, and how their
+        samples are read, such as byte order, offset and axes. Without a `path`, the samples are compared.
     """
 
     def __init__(self, shape: Any, dtype: Any, identity: Identity | None = None) -> None:
@@ -125,7 +127,8 @@ class RawSource(Source):
     def __init__(self, path: Any, shape: Any, dtype: Any, offset: int = 0) -> None:
         self._path, self._offset = os.fspath(path), int(offset)
         self._stored_type = np.dtype(dtype)
-        super().__init__(shape, dtype, identity_of(path))
+        identity = identity_of(path, stored=self._stored_type.str, offset=self._offset)
+        super().__init__(shape, dtype, identity)
 
     def read(self, box: Any) -> NDArray[Any]:
         (z_first, z_last), (y_first, y_last), (x_first, x_last) = box
@@ -147,13 +150,16 @@ class RawSource(Source):
         return super().working_memory(shape) + shape[1] * self.shape[2] * self.dtype.itemsize
 
 
-def identity_of(*paths: Any) -> Identity:
-    """Sizes and modification times of files."""
+def identity_of(*paths: Any, **read: Any) -> Identity:
+    """Sizes and modification times of files, their order, and how they are read, as of types that JSON supports."""
     status = [os.stat(path) for path in paths]
+    names = "\0".join(map(os.path.realpath, paths))
     return {
         "path": os.path.realpath(paths[0]),
+        "files": hashlib.sha256(os.fsencode(names)).hexdigest()[:16],
         "bytes": sum(each.st_size for each in status),
         "changed": max(each.st_mtime_ns for each in status),
+        **read,
     }
 
 

@@ -90,7 +90,13 @@ class PackedSource(StackSource):
         self._parts, self._compression, self._scaling = parts, compression, scaling
         self._stored_type = np.dtype(dtype)
         scaled = self._scaled(np.zeros(1, dtype)).dtype
-        super().__init__(shape, scaled, identity_of(*(part[0] for part in parts)))
+        files, *begins = zip(*parts)
+        read = {
+            "stored": self._stored_type.str,
+            "compression": compression,
+            "begins": [[*map(int, each)] for each in begins],
+        }
+        super().__init__(shape, scaled, identity_of(*files, **read))
 
     def _scaled(self, samples):
         return samples if self._scaling is None else self._scaling(samples)
