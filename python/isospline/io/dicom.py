@@ -123,7 +123,7 @@ def begins_as_dicom(path):
 
 def slices_of(folder):
     """The files in a folder that look like DICOM."""
-    return [file for file in _entries_of(folder) if _looks_like_a_slice(file)]
+    return [file for file in _entries_of(folder) if file.is_file() and _looks_like_a_slice(file)]
 
 
 def may_have_slices(folder):

@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from . import dicom, metaimage, nrrd, tiff
+from . import dicom, metaimage, nrrd
+from .folders import tiff_slices
 from .read import errors_name
 
 # Formats whose headers may name other files with the samples, and the function that lists these.
@@ -25,7 +26,7 @@ def files_of(path: str | os.PathLike[str], shape: Any = None) -> list[str]:
     path = Path(path)
     files: list[Any] = [path]
     if path.is_dir():
-        slices = [] if (path / "zarr.json").is_file() else tiff.slices_of(path) or dicom.slices_of(path)
+        slices = [] if (path / "zarr.json").is_file() else tiff_slices(path) or dicom.slices_of(path)
         files = slices or sorted(file for file in path.rglob("*") if file.is_file())
     elif shape is None:
         for suffixes, (format, sample_files) in _HEADERS.items():

@@ -18,6 +18,7 @@ from ..base.signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
 from .confinement import check_within
+from .folders import tiff_slices
 from .volume_data import VolumeData
 
 #: Formats by the suffix of the file name: name, reader, and which options of `read_volume` the reader accepts.
@@ -84,7 +85,8 @@ def read_volume(
     Parameters
     ----------
     path : str or path-like
-        A file, or a folder that holds one DICOM series or one stack of TIFF slices.
+        A file, or a folder that holds one DICOM series or one stack of TIFF slices. Beside DICOM files, one TIFF file
+        is a stray picture and not read, and several are an error.
     shape : (int, int, int), optional
         Shape of the array, (nz, ny, nx). With a shape, a file with any suffix is read as raw. A name such as
         ``tooth_103x94x161_uint16.raw`` has the shape and the type, x first as in the command line's ``--shape``.
@@ -230,7 +232,7 @@ def check_used(
 def has_names(path: Path) -> bool:
     """Whether a file or a folder may have several named arrays."""
     if path.is_dir():
-        return not tiff.slices_of(path)
+        return not tiff_slices(path)
     suffix = _suffix(path)
     return suffix is not None and "name" in FORMATS[suffix][2]
 
@@ -245,7 +247,7 @@ def _reader(path, shape, dtype, offset, options):
     """Name of the format of a path, and the function that reads it."""
     raw, named = {"shape": shape, "dtype": dtype, "offset": offset}, {"name": options["name"]}
     if path.is_dir():
-        if tiff.slices_of(path):
+        if tiff_slices(path):
             check_used(path, **raw, **named)
             return "TIFF slices", lambda path: tiff.read_folder(path, within=options["within"])
         if (path / "zarr.json").is_file():

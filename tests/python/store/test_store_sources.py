@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ pytest.importorskip("pydicom")
 
 from placed_images import write_slices
 
+from isospline.io.files import files_of
 from isospline.store import read_metadata
 from isospline.store.sources.opening import open_source
 from isospline.store.sources.source import RawSource
@@ -120,6 +122,21 @@ def test_slices_of_dicom(data, tmp_path):
 def test_pages_of_tiff(data, tmp_path, options):
     tifffile.imwrite(tmp_path / "a.tif", data, photometric="minisblack", **options)
     check(opened(tmp_path / "a.tif", tmp_path), data)
+
+
+def test_one_picture_beside_dicom_is_stray_and_several_are_refused(data, tmp_path):
+    write_slices(tmp_path, data)
+    expected = isospline.read_volume(tmp_path).data
+    for file in ("a.tif", "b.tif"):
+        tifffile.imwrite(tmp_path / file, np.zeros((30, 40), np.uint8))
+        if file == "a.tif":
+            read = isospline.read_volume(tmp_path)
+            assert read.format == "DICOM series" and np.array_equal(read.data, expected)
+            check(opened(tmp_path, tmp_path.parent), expected)
+            assert tmp_path / file not in map(Path, files_of(tmp_path))
+    for function in (isospline.read_volume, lambda path: opened(path, tmp_path)):
+        with pytest.raises(ValueError, match=r"got both: DICOM, \S+ and 5 more, and TIFF, a.tif and 1 more"):
+            function(tmp_path)
 
 
 @pytest.mark.slow

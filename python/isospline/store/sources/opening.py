@@ -15,6 +15,7 @@ from ...base.parameters import check_path, check_plain, printable
 from ...interop import checks
 from ...io import VolumeData, metaimage, nifti, nrrd, read_volume, tiff
 from ...io.checks import check_file
+from ...io.folders import tiff_slices
 from ...io.read import check_used, errors_name
 from ..ome import name_of_unit
 from . import ome_zarr, stacks
@@ -95,7 +96,7 @@ def _of_folder(path, axes, reading):
     if ome_zarr.is_n5(path):
         with errors_name(path, "N5", "store"):
             return ome_zarr.open_n5(path, name)
-    if tiff.slices_of(path):
+    if tiff_slices(path):
         check_used(path, **reading)
         with errors_name(path, "TIFF slices"):
             return stacks.open_tiff_folder(path)
