@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.parameters import printable
 from .checks import check_components, check_samples
 
 _UNDEFINED = 0xFFFFFFFF  # length of an element with an end mark
@@ -40,6 +41,7 @@ class Frame:
     direction: Any  # (6,) of rows and of columns
     position: Any  # (3,) of the first sample
     is_placed: bool  # whether the file tells the position
+    segment: str  # number and label of the segment of which it is a mask, or empty
 
     @property
     def name(self) -> str:
@@ -139,6 +141,7 @@ def frames_of(file, dataset):
                 direction=direction,
                 position=position,
                 is_placed=is_placed,
+                segment=_segment(dataset, groups),
             )
         )
     return frames
@@ -217,6 +220,16 @@ def _spacing(dataset, groups):
             y, x = _numbers(value, name, 2)
             return float(x), float(y)
     return 1.0, 1.0
+
+
+def _segment(dataset, groups):
+    """The number and the label of the segment of a frame of a segmentation; empty for other frames."""
+    number = _lookup_group(groups, "SegmentIdentificationSequence", "ReferencedSegmentNumber")
+    if number is None:
+        return ""
+    described = (each for each in dataset.get("SegmentSequence") or () if each.get("SegmentNumber") == number)
+    label = next((each.get("SegmentLabel") for each in described), None)
+    return printable(f"{number} ({label})" if label else f"{number}")
 
 
 def _place(dataset, groups, number):

@@ -47,7 +47,11 @@ def samples_type(frames):
 
 
 def _check_alike(frames):
-    """Check that frames have one size, spacing, direction and photometric interpretation."""
+    """Check that frames have one segment, size, spacing, direction and photometric interpretation."""
+    segments = list(dict.fromkeys(frame.segment for frame in frames))
+    if len(segments) > 1:
+        names = ", ".join(each or "frames of none" for each in segments)
+        raise ValueError(f"expected a mask of one segment, got {len(segments)}: {names}; export each as its own file")
     for what in ("size", "spacing", "direction"):
         values = np.array([getattr(frame, what) for frame in frames])
         differ = ~np.isclose(values, values[0], rtol=1e-4, atol=1e-4).all(axis=1)

@@ -12,7 +12,7 @@ from pydicom import uid
 from pydicom.data import get_testdata_file
 from pydicom.dataset import Dataset, FileMetaDataset
 
-from isospline import read_volume
+from isospline import Labels, read_volume
 
 SHAPE = (5, 6, 7)
 SPACING, ORIGIN = np.array((0.25, 0.5, 2.0)), np.array((10.0, 20.0, -30.0))
@@ -317,6 +317,25 @@ def test_doses_and_emission_tomograms_tell_the_place_of_the_first_frame(tmp_path
     check(save(emission, tmp_path / "b.dcm"), data[::sign], tmp_path, "i2", positions(offsets)[::sign])
     dose.GridFrameOffsetVector = [0, 2, 4, 7, 9]
     check_refused(save(dose, tmp_path / "c.dcm"), "evenly spaced slices, got distances from 2 to 3", tmp_path)
+
+
+def test_masks_of_several_segments_are_refused(tmp_path, data):
+    mask = data % 2
+    path = write_frames(tmp_path / "a.dcm", mask, positions(2.0 * np.arange(5)), dtype="u1")
+    dataset = pydicom.dcmread(path)
+    dataset.SegmentSequence = [
+        item(SegmentNumber=1, SegmentLabel="liver"),
+        item(SegmentNumber=2, SegmentLabel="spleen"),
+    ]
+    for numbers in ([2, 2, 2, 2, 2], [1, 1, 1, 2, 2]):
+        for group, number in zip(dataset.PerFrameFunctionalGroupsSequence, numbers):
+            group.SegmentIdentificationSequence = [item(ReferencedSegmentNumber=number)]
+        save(dataset, path)
+        if numbers[0] == 2:
+            np.testing.assert_array_equal(read_volume(path).data, mask)
+    check_refused(path, r"expected a mask of one segment, got 2: 1 \(liver\), 2 \(spleen\)", tmp_path)
+    with pytest.raises(ValueError, match="one segment, got 2"):
+        Labels.read(path)
 
 
 # Compressed samples
