@@ -20,7 +20,7 @@ def mesh_from_meshio(cls, mesh, **options):
             for indices in _index_arrays(block):
                 check_indices(indices, len(mesh.points))
         # PyVista would also write cell sets into the original mesh.
-        grid = pyvista.from_meshio(meshio.Mesh(mesh.points, [(block.type, block.data) for block in mesh.cells]))
+        grid = pyvista.from_meshio(meshio.Mesh(mesh.points, [(block.type, _in_order(block)) for block in mesh.cells]))
         normals, colors = (_point_data(mesh, *names) for names in _ATTRIBUTES)
         if normals is not None:
             grid.point_data.active_normals = normals
@@ -31,6 +31,11 @@ def mesh_from_meshio(cls, mesh, **options):
             grid.point_data["values"] = np.ravel(mesh.point_data[name])  # its own name may be that of the colours
             options = {"values_name": name, **options}
     return mesh_from_vtk(cls, grid, **options)
+
+
+def _in_order(block):
+    """The cells of a block in VTK's order. PyVista leaves wedges in that of meshio and Gmsh, which is mirrored."""
+    return np.asarray(block.data)[:, [0, 2, 1, 3, 5, 4]] if block.type == "wedge" else block.data
 
 
 # Names of the arrays of normals and colours, and of their components in PLY.

@@ -176,6 +176,16 @@ def test_meshio_solids_have_a_surface_once():
         assert volume(mesh) == pytest.approx(1)
 
 
+@pytest.mark.parametrize("suffix", ["", ".msh", ".inp", ".vtu"])
+def test_meshio_wedges_face_outwards(tmp_path, suffix):
+    points = [(0, 0, -1), (1, 0, -1), (0, 1, -1), (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    given = meshio.Mesh(np.array(points, float), [("wedge", [(0, 1, 2, 3, 4, 5)]), ("tetra", [(3, 4, 5, 6)])])
+    if suffix:
+        given.write(tmp_path / f"a{suffix}")
+    mesh = isospline.read_mesh(tmp_path / f"a{suffix}") if suffix else isospline.Mesh.from_meshio(given)
+    assert volume(mesh) == pytest.approx(1 / 2 + 1 / 6)
+
+
 def test_meshio_faces_of_all_kinds_are_cut_into_triangles():
     points = [(0, 0), (2, 0), (2, 1), (0, 1), (1, 0), (2, 0.5), (1, 1), (0, 0.5), (3, 0.5)]
     cells = [
