@@ -19,6 +19,8 @@ from .checks import check_components, check_samples
 
 _UNDEFINED = 0xFFFFFFFF  # length of an element with an end mark
 _PHOTOMETRIC = ("MONOCHROME1", "MONOCHROME2")
+# What frames without positions may differ by, if they are slices.
+_IN_SPACE = ("GridFrameOffsetVector", "SliceVector", "SliceLocationVector", "PageNumberVector", "FrameLabelVector")
 
 
 @dataclass
@@ -260,8 +262,22 @@ def _place(dataset, groups, number):
 
 def _offset(dataset, number, thickness):
     """The distance of a frame from the first, along the normal, in a file that has no position of each frame."""
+    _check_increments(dataset)
     offsets = dataset.get("GridFrameOffsetVector")  # of a dose
     if offsets is None:
         return number * thickness
     offsets = _numbers(offsets, "GridFrameOffsetVector", int(dataset.NumberOfFrames))
     return offsets[number] - offsets[0]
+
+
+def _check_increments(dataset):
+    """Refuse frames that differ by something else than their place, such as time or the angle of a projection."""
+    from pydicom.datadict import keyword_for_tag
+
+    pointer = dataset.get("FrameIncrementPointer") or ()
+    for tag in (pointer,) if isinstance(pointer, int) else pointer:
+        name = keyword_for_tag(tag) or str(tag)
+        numbers: Any = dataset.get(name) if name.endswith("Vector") else None
+        is_constant = np.size(numbers) > 1 and len(set(numbers)) == 1  # as of the only detector
+        if name not in _IN_SPACE and not is_constant:
+            raise ValueError(f"expected frames that are slices, got some that differ by {name} (a time series?)")

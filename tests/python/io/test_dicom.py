@@ -319,6 +319,23 @@ def test_doses_and_emission_tomograms_tell_the_place_of_the_first_frame(tmp_path
     check_refused(save(dose, tmp_path / "c.dcm"), "evenly spaced slices, got distances from 2 to 3", tmp_path)
 
 
+@pytest.mark.parametrize(
+    "names",
+    [["FrameTime"], ["FrameTimeVector"], ["PhaseVector", "TimeSliceVector"], ["DetectorVector", "AngularViewVector"],
+     ["TimeSlotVector", "SliceVector"], ["RotationVector"]],
+)  # fmt: skip
+def test_frames_along_time_or_angles_are_refused(tmp_path, data, names):
+    frames = image(data, uid.UltrasoundMultiFrameImageStorage, NumberOfFrames=5, FrameTime=33, DetectorVector=5 * [1])
+    tags = [pydicom.datadict.tag_for_keyword(name) for name in names]
+    frames.FrameIncrementPointer = tags if len(tags) > 1 else tags[0]
+    changing = next(name for name in names if name not in ("DetectorVector", "SliceVector"))
+    message = rf"frames that are slices, got some that differ by {changing} \(a time series\?\)"
+    check_refused(save(frames, tmp_path / "a.dcm"), message, tmp_path)
+    for names in (["SliceVector"], ["DetectorVector", "SliceVector"]):
+        frames.FrameIncrementPointer = [pydicom.datadict.tag_for_keyword(name) for name in names]
+        np.testing.assert_array_equal(read_volume(save(frames, tmp_path / "b.dcm")).data, data)
+
+
 def test_masks_of_several_segments_are_refused(tmp_path, data):
     mask = data % 2
     path = write_frames(tmp_path / "a.dcm", mask, positions(2.0 * np.arange(5)), dtype="u1")
