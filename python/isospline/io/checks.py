@@ -70,6 +70,13 @@ def check_components(count):
         raise ValueError(f"expected one number a sample, got {count} (colours or vectors?)")
 
 
+def one_unit(units):
+    """The unit of all axes, of a list with that of each; empty if none tells one."""
+    if len(set(units)) > 1:
+        raise ValueError(f"expected one unit along all axes, got {', '.join(str(unit or 'none') for unit in units)}")
+    return next(iter(units), "")
+
+
 def size_text(shape):
     """`64 x 48 x 32`, x first, of a shape [z, y, x]."""
     return " x ".join(str(count) for count in reversed(shape))

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import isolated, itk
-from .checks import check_file, utf8
+from .checks import check_file, one_unit, utf8
 from .confinement import check_within
 from .packed import check_skip, read_samples
 
@@ -72,8 +72,7 @@ def read(path, load=read_samples, *, within=None, layered=False):
     begin = 0 if names is not None else begin
     if encoding not in _COMPRESSIONS and len(files) > 1:
         raise ValueError(f"expected one file of samples as text, got {len(files)}")
-    units = set(re.findall(r'"([^"]*)"', header.get("space units", "")))
-    about: dict[str, Any] = {"unit": min(units) if len(units) == 1 else ""}
+    about: dict[str, Any] = {"unit": one_unit(re.findall(r'"([^"]*)"', header.get("space units", "")))}
     about["patient"] = header.get("space", "").lower() in _PATIENT_SPACES
     if encoding in _TEXTS:
         return checked.to_volume_data(_read("load_text", files[0], begin, shape, dtype)).replace(**about)

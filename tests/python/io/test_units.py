@@ -69,6 +69,10 @@ def test_units_of_nrrd_and_dicom(tmp_path):
     header += 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace units: "um" "um" "um"\n\n'
     (tmp_path / "a.nrrd").write_bytes(header.encode() + DATA.tobytes())
     assert about(read_volume(tmp_path / "a.nrrd").to_volume()) == ("um", False)
+    mixed = header.replace('"um" "um" "um"', '"mm" "mm" "um"')
+    (tmp_path / "b.nrrd").write_bytes(mixed.encode() + DATA.tobytes())
+    with pytest.raises(ValueError, match=r"b\.nrrd.*expected one unit along all axes, got mm, mm, um"):
+        read_volume(tmp_path / "b.nrrd")
     pytest.importorskip("pydicom")
     write_slices(tmp_path / "series", DATA)
     assert about(read_volume(tmp_path / "series").to_volume()) == ("mm", True)

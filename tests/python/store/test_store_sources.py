@@ -316,6 +316,11 @@ def test_n5_datasets(data, tmp_path, key):
     check(source, data)
     assert source.spacing == (0.5, 1, 2) and source.unit == "micrometer"
     check(opened(folder, tmp_path), data)
+    group.write_text(json.dumps({"resolution": [1, 2, 3], "units": ["um", "µm", "micrometer"]}), encoding="utf-8")
+    assert opened(tmp_path / "a.n5" / key, tmp_path).unit == "micrometer"
+    group.write_text(json.dumps({"resolution": [1, 2, 3], "units": ["um", "um", "nm"]}), encoding="utf-8")
+    with pytest.raises(ValueError, match="one unit along all axes, got micrometer, micrometer, nanometer"):
+        opened(tmp_path / "a.n5" / key, tmp_path)
 
 
 @pytest.mark.parametrize("kind", ["zarr", "n5", "h5"])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...base.parameters import printable
+from ...io.checks import one_unit
 from .. import ome
 from ..metadata import read_metadata
 from .chunked import ORDERS, ChunkedSource, load, read_json
@@ -86,11 +87,8 @@ def _open_multiscale(path, name, image, time):
             others[axis] = time or 0
         elif shape[axis] != 1:
             raise ValueError(f"{printable(path)}: expected one item along {names[axis]}, got {shape[axis]}")
-    units = {axes[axis].get("unit") for axis in space}
-    if len(units) > 1:
-        raise ValueError(f"{printable(path)}: expected one unit along z, y and x, got {', '.join(map(str, units))}")
     source = ChunkedSource(path, "zarr", key, space, others)
-    unit = units.pop()
+    unit = one_unit([axes[axis].get("unit") for axis in space])
     origin = np.array([float(translation[axis]) for axis in reversed(space)])
     spacing = tuple(float(scale[axis]) for axis in reversed(space))
     source.move(spacing=spacing, origin=tuple(origin.tolist()), unit=unit)
@@ -129,7 +127,8 @@ def open_n5(path: Path, name: str | None) -> ChunkedSource:
     found = {**group, **attributes}
     pixel = found.get("pixelResolution")
     spacing: Any = pixel.get("dimensions") if isinstance(pixel, dict) else pixel or found.get("resolution")
-    unit: Any = pixel.get("unit") if isinstance(pixel, dict) else (found.get("units") or [None])[0]
+    units: Any = pixel.get("unit") if isinstance(pixel, dict) else found.get("units")
+    unit = one_unit([ome.name_of_unit(each) for each in ([units] if isinstance(units, str) else units or ())])
     if spacing is not None:
-        source.move(spacing=tuple(float(value) for value in spacing), unit=ome.name_of_unit(unit))
+        source.move(spacing=tuple(float(value) for value in spacing), unit=unit or None)
     return source
