@@ -12,6 +12,8 @@ import sys
 import time
 import warnings
 
+import numpy as np
+
 import isospline
 
 from ..base.parameters import describe_not_finite
@@ -372,7 +374,9 @@ def _reading(arguments):
     if "dtype" not in reading:
         refuse_without(arguments, ["big_endian"], "--dtype")
     elif arguments.big_endian:
-        reading["dtype"] = reading["dtype"].newbyteorder(">")
+        if reading["dtype"].startswith("<"):
+            refuse_without(arguments, ["big_endian"], "a --dtype that is not little-endian", reading["dtype"])
+        reading["dtype"] = np.dtype(reading["dtype"]).newbyteorder(">")
     return reading
 
 

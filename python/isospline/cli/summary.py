@@ -14,8 +14,8 @@ ROWS = 24
 MOST_COMPONENTS = 10
 
 _COMPONENT_COLUMNS = ("enclosed_volumes", "areas", "cell_counts", "bounds")
-#: The description of a patient's frame.
-PATIENT = "x runs to the left, y to the back, z to the head, in mm"
+#: The description of a patient's frame, whose unit is mm unless the file tells another.
+PATIENT = "x runs to the left, y to the back, z to the head"
 
 
 def summarize(volume, path, levels=3):
@@ -56,6 +56,7 @@ def describe(summary, width=80, unicode=True):
     """The summary as text; `width` is that of the terminal."""
     lower, upper = summary["bounds"]
     unit = f"  {summary['unit']}" if summary["unit"] else ""
+    patient = f"{PATIENT}, in {summary['unit'] or 'mm'}" if summary["patient"] else "unknown"
     lines = [
         summary["path"],
         f"  format     {summary['format']}",
@@ -63,7 +64,7 @@ def describe(summary, width=80, unicode=True):
         f"  spacing    {_numbers(summary['spacing'])}{unit}",
         f"  origin     {_numbers(summary['origin'])}{unit}",
         f"  direction  {_direction(np.array(summary['direction']))}",
-        f"  patient    {PATIENT if summary['patient'] else 'unknown'}",
+        f"  patient    {patient}",
         f"  from       {_numbers(lower)}{unit}",
         f"  to         {_numbers(upper)}{unit}",
         f"  range      {summary['minimum']:.6g} to {summary['maximum']:.6g}, mean {summary['mean']:.6g}, "

@@ -89,10 +89,11 @@ def environment(text):
 
 
 def dtype(text):
-    """A type of samples."""
+    """A type of samples, as text, which tells whether a byte order was given."""
     import numpy as np
 
     try:
-        return np.dtype(text)
+        np.dtype(text)
     except TypeError:
         raise argparse.ArgumentTypeError(f"expected a type such as uint8, int16 or float32, got {text!r}") from None
+    return text

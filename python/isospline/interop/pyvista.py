@@ -40,8 +40,8 @@ def _samples(volume: Any) -> Any:
     if isinstance(volume, VolumeData):
         samples = np.asarray(volume)
         # A copy: PyVista swaps the bytes of a given array, and shares its memory. VTK has no half floats.
-        native = np.float32 if samples.dtype == np.float16 else samples.dtype.newbyteorder("=")
-        return np.array(samples, native, order="C")
+        native = samples.dtype.newbyteorder("=")
+        return np.array(samples, np.float32 if native == np.float16 else native, order="C")
     shape = volume.shape[::-1] if volume.axes == "zyx" else volume.shape
     values = np.empty(shape[::-1])
     x, y = np.meshgrid(np.arange(shape[0]), np.arange(shape[1]))

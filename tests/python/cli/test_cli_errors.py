@@ -60,6 +60,10 @@ def test_bad_commands_are_told(ball, monkeypatch, capsys, message, arguments):
         ("--shape: expected three counts", ["--shape", "1,2"]),
         ("--dtype: expected a type such as uint8", ["--dtype", "integer"]),
         ("--big-endian: expected --dtype with it, got none", ["--big-endian"]),
+        (
+            "--big-endian: expected a --dtype that is not little-endian with it, got <u2",
+            ["--dtype", "<u2", "--big-endian"],
+        ),
         ("unrecognized arguments: --colour", ["--colour", "1,1,1"]),
         ("spacing: expected positive numbers", ["--spacing", "1,-1,1"]),
         ("level: expected", ["--level", "nan"]),

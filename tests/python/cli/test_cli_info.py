@@ -94,6 +94,15 @@ def test_names_that_the_terminal_cannot_show(ball, environment):
             assert "####" in result.stdout and "<- " in result.stdout
 
 
+def test_info_tells_the_unit_of_a_patient(tmp_path, capsys):
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.Nifti1Image(np.zeros((5, 4, 3), np.int16), np.eye(4))
+    image.header.set_xyzt_units("micron")
+    nibabel.save(image, tmp_path / "a.nii")
+    assert main(["info", str(tmp_path / "a.nii")]) == 0
+    assert "z to the head, in µm\n" in capsys.readouterr().out
+
+
 def test_info_into_a_pipe_that_closes(ball):
     command = f"{sys.executable} -m isospline info {ball} | true"
     assert subprocess.run(command, shell=True, capture_output=True, encoding="utf-8", check=False).stderr == ""

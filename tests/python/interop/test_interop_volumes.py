@@ -337,7 +337,7 @@ def test_a_missing_library_is_named(tmp_path, method, argument, package):
     assert "pip install isospline[" in result.stderr
 
 
-@pytest.mark.parametrize("dtype", [">f4", ">i2", "<f8", "f2", "u1", "?"])
+@pytest.mark.parametrize("dtype", [">f4", ">i2", "<f8", "f2", ">f2", "u1", "?"])
 def test_a_grid_of_pyvista_has_samples_of_its_own(dtype):
     samples = np.arange(24).reshape(2, 3, 4).astype(dtype)
     before = samples.copy()
