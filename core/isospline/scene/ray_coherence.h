@@ -35,8 +35,8 @@ public:
     /// It looks at some groups of rays, which are spread over the array.
     Closeness closeness(std::size_t count, const RayAt& ray_at) const;
 
-    /// Whether packets are faster than a stream of their rays, for a scene that can trace both. `meets_others` tells that
-    /// the rays also meet what traces none in a stream. It looks at the first packet that meets the box.
+    /// Whether packets are faster than a stream of their rays, for a scene that can trace both. `meets_others` tells
+    /// that the rays also meet what traces none in a stream. It looks at the first packet that meets the box.
     bool suit_packets(std::span<const RayPacket> packets, bool meets_others) const;
 
     /// The places of the rays, in an order in which rays that follow each other have about the same direction and begin
