@@ -39,7 +39,7 @@ class VolumeData(Shown):
     data : (nz, ny, nx) array
         The samples, in the type of the file. They may be mapped from the file and read-only.
     spacing : (3,) tuple of float, world units
-        Distance between samples along x, y and z.
+        Distance between samples along x, y and z; one number is that of all three.
     origin : (3,) tuple of float, world units
         Position of the first sample.
     direction : (3, 3) float64 array
@@ -72,6 +72,14 @@ class VolumeData(Shown):
         if not hasattr(self.data, "dtype"):
             raise TypeError(f"data: expected an array, got {type(self.data).__name__}")
         check_plain(self.data, "data")
+        spacing = (self.spacing,) * 3 if np.ndim(self.spacing) == 0 else self.spacing
+        for name, value, shape in (
+            ("spacing", spacing, (3,)),
+            ("origin", self.origin, (3,)),
+            ("direction", self.direction, (3, 3)),
+        ):
+            numbers = _core._doubles(value, name, shape)
+            object.__setattr__(self, name, tuple(numbers.tolist()) if shape == (3,) else numbers)
         if self.patient and not self.unit:
             object.__setattr__(self, "unit", "mm")
 

@@ -772,3 +772,12 @@ def test_a_folder_of_zarr_is_refused_with_the_remedy(tmp_path):
     zarr.create_group(tmp_path / "a.zarr")
     with pytest.raises(ValueError, match=r"a\.zarr: .*got a folder of Zarr: open_volume opens a store, and convert"):
         read_volume(tmp_path / "a.zarr")
+
+
+def test_the_place_of_samples_may_be_any_numbers():
+    flipped = [[0, 1, 0], [1, 0, 0], [0, 0, -1]]
+    data = isospline.VolumeData(np.ones((2, 3, 4), int), 2, [1, 2, 3], flipped)
+    np.testing.assert_array_equal(data.affine, [[0, 2, 0, 1], [2, 0, 0, 2], [0, 0, -2, 3], [0, 0, 0, 1]])
+    assert isospline.Labels(data).measure().enclosed_volumes == pytest.approx(24 * 2**3)
+    with pytest.raises(ValueError, match=r"direction: expected shape \(3, 3\), got \(2, 2\)"):
+        isospline.VolumeData(np.ones((2, 3, 4)), direction=np.eye(2))
