@@ -26,11 +26,11 @@ def run(repository, kind, count):
 
 
 def test_changed_files_are_read_or_refused(repository):
-    run(repository, "files", 25)
+    run(repository, "files", 300)
 
 
 def test_invalid_calls_return_or_raise(repository):
-    run(repository, "calls", 60)
+    run(repository, "calls", 300)
 
 
 def test_every_public_callable_is_called(repository, tmp_path, monkeypatch):
