@@ -162,7 +162,8 @@ private:
         Stack& stack = walk.stack;
         std::size_t size = stack.size;
         push_children(walk, tree_.nodes[walk.next], size);
-        if (size > stack.size + 2)
+        // For occlusion, any crossing will do: an order costs more than it saves.
+        if (stream_.occlude == nullptr && size > stack.size + 2)
             sort(stack, stack.size, size);
         // The nearer one of the two on top is next. One of them may be older, and the order does not change the result.
         const std::size_t nearer = size - 1 - (stack.t[size - 2] < stack.t[size - 1]);
