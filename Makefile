@@ -78,7 +78,7 @@ say-test-time:
 	@if [ -e build/test-minutes ]; then \
 	    echo "== make test took $$(cat build/test-minutes) minutes the last time"; \
 	else \
-	    echo "== make test takes 15 minutes on two cores once everything is built, and 4 if nothing has changed since it passed"; \
+	    echo "== make test takes 9 minutes on two cores once everything is built, and 4 if nothing has changed since it passed"; \
 	fi
 
 # Tests that are marked as slow are left out.

@@ -1,4 +1,4 @@
-// The rays of several packets, traced in a stream at each isosurface that traces rays so.
+// The rays of several packets, traced in a stream at one isosurface after the other.
 #pragma once
 
 #include "isospline/scene/ray_query.h"

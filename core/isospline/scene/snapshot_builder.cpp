@@ -48,6 +48,16 @@ void set_scenes(const InstancesBySlot& instances, bool SeenBy::*sees, Met& met)
         met.others = make_top(instances, is_other);
 }
 
+/// The frame of rays that meet the objects in a box. It is that of all objects, so that all rays are rounded in the
+/// same way, unless that is much larger: the boxes of an isosurface would be wider for the sake of a ground that its
+/// shadow rays do not meet, and could not be those of a scene without the ground.
+RayFrame frame_for(const Box& met, const RayFrame& all)
+{
+    constexpr double much = 4.0;
+    const RayFrame own(met, all.centre);
+    return all.radius > much * own.radius ? own : all;
+}
+
 } // namespace
 
 ShownObject shown_now(const std::variant<std::shared_ptr<const Isosurface>, std::shared_ptr<const Mesh>>& object)
@@ -74,20 +84,6 @@ void check_alone(const LocalSpace& local, const glm::dmat4& transform, std::uint
     const RayFrame frame(placed_domain(local, transform));
     static_cast<void>(placed(local, transform, frame, frame.radius, id));
 }
-
-namespace {
-
-/// The frame of rays that meet the objects in a box. It is that of all objects, so that all rays are rounded in the
-/// same way, unless that is much larger: the boxes of an isosurface would be wider for the sake of a ground that its
-/// shadow rays do not meet, and could not be those of a scene without the ground.
-RayFrame frame_for(const Box& met, const RayFrame& all)
-{
-    constexpr double much = 4.0;
-    const RayFrame own(met, all.centre);
-    return all.radius > much * own.radius ? own : all;
-}
-
-} // namespace
 
 std::unique_ptr<SceneSnapshot::Impl> SnapshotBuilder::build(const Progress& progress)
 {
