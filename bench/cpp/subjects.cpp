@@ -192,7 +192,7 @@ const SceneSnapshot& spline_scene()
     static const std::shared_ptr<const SceneSnapshot> snapshot = [] {
         Scene scene;
         scene.add(make_surface());
-        return scene.snapshot();
+        return scene.settle();
     }();
     return *snapshot;
 }

@@ -10,8 +10,9 @@ import isospline
 
 TITLE = "Growth"
 ABOUT = """The same primary rays of the whole view at the heart of `isospline.volumes`, sampled on finer and finer
-grids, from C++ on one thread: the object stays the same, and its cells become smaller and more numerous. Earlier
-results were measured from Python. They included the call, 15 to 20 ns a ray at all sizes, and so showed less growth."""
+grids, from C++ on one thread and with a settled index: the object stays the same, and its cells become smaller and more
+numerous. Earlier results were measured from Python. They included the call, 15 to 20 ns a ray at all sizes, and so
+showed less growth."""
 SETTINGS = ("size", "growth_sizes", "repetitions")
 GOALS = [("growth of the cost of a packet's ray, smallest to largest volume, C++", "at most 2 times")]
 

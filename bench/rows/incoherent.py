@@ -8,9 +8,9 @@ from .packets import rates_and_hits, ratio
 
 TITLE = "Incoherent rays"
 ABOUT = """Rays start where the primary rays of the whole view hit, a hundredth of a voxel in front of the surface, in
-directions of density cos / pi about the normal. They are traced one after the other, from C++ on one thread, against
-Embree's own triangles, as in the row of packets. The rays of the mesh start at its own hits, with the same random
-numbers."""
+directions of density cos / pi about the normal. They are cast from C++ on one thread, in chunks of 4096, against
+Embree's own triangles, as in the row of packets. Embree traces one ray after the other; the isosurface's settled index
+has sixteen under way. The rays of the mesh start at its own hits, with the same random numbers."""
 SETTINGS = ("size", "incoherent_rays", "repetitions")
 GOALS = [("incoherent single rays against Embree's own triangles, C++", "at least 0.6 times")]
 QUERIES = {"cast_rays": "single_rays", "test_occlusions": "occlusions"}

@@ -7,12 +7,12 @@ from suite.tables import markdown_table, with_spread
 
 TITLE = "Packets against Embree's triangles and hopping"
 ABOUT = """The primary rays of *Primary rays*, from C++ (bench/cpp, Google Benchmark), on one thread, in chunks of 4096
-that share one array of hits. *Triangles* are the marching-cubes mesh of the same level (VTK's FlyingEdges3D) in an
-Embree scene of its own: `RTC_GEOMETRY_TYPE_TRIANGLE`, robust, coherent packets of the machine's width; Embree
-intersects them in single precision. Both take double precision rays one after the other, and return t, a unit normal
-and ids. The triangle's normal is computed from Embree's Ng for all lanes at once; the isosurface's is exact. The
-isosurface's hits have more fields, all in double precision. *Hopping* is the paper's method, with bracket + Brent. The
-numbers of rays that hit must be about the same."""
+that share one array of hits. The isosurface's index is settled. *Triangles* are the marching-cubes mesh of the same
+level (VTK's FlyingEdges3D) in an Embree scene of its own: `RTC_GEOMETRY_TYPE_TRIANGLE`, robust, coherent packets of the
+machine's width; Embree intersects them in single precision. Both take double precision rays one after the other, and
+return t, a unit normal and ids. The triangle's normal is computed from Embree's Ng for all lanes at once; the
+isosurface's is exact. The isosurface's hits have more fields, all in double precision. *Hopping* is the paper's method,
+with bracket + Brent. The numbers of rays that hit must be about the same."""
 SETTINGS = ("size", "repetitions")
 GOALS = [
     ("packets against Embree's own triangle packets, C++", "at least 0.7 times"),
