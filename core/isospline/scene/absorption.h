@@ -1,13 +1,16 @@
 // The light that translucent surfaces take from rays that cross them.
 #pragma once
 
+#include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/math/ray.h"
 #include "isospline/trace/hit.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace isospline {
@@ -48,6 +51,30 @@ public:
 private:
     std::vector<std::optional<Depth>> depths_; ///< by slot
     OpacityOf opacity_of_;
+};
+
+/// The optical depths of a packet's rays, of all crossings so far.
+struct PacketDepths {
+    void begin(Absorption::Depth largest_of_all)
+    {
+        std::fill_n(depth, packet_capacity, Absorption::Depth{0});
+        std::fill_n(largest, packet_capacity, largest_of_all);
+    }
+    /// The same, up to the depths at which less than these parts of the light are left.
+    void begin(std::span<const double> parts)
+    {
+        begin(Absorption::darkness);
+        std::transform(parts.begin(), parts.end(), largest, Absorption::depth_of_part);
+    }
+    /// Returns whether the largest depth is reached: the sum stays there, and does not overflow.
+    bool add(int lane, Absorption::Depth added)
+    {
+        depth[lane] = std::min(depth[lane] + added, largest[lane]);
+        return is_largest(lane);
+    }
+    bool is_largest(int lane) const { return depth[lane] == largest[lane]; }
+
+    Absorption::Depth depth[packet_capacity], largest[packet_capacity];
 };
 
 } // namespace isospline

@@ -62,9 +62,7 @@ bool PacketOcclusion::solve(const CandidateCells& cells)
 
 void PacketOcclusion::absorb(int lane, Absorption::Depth added)
 {
-    // Once dark, a ray stays dark, and its sum does not overflow.
-    depth[lane] = std::min(depth[lane] + added, largest_depth[lane]);
-    if (depth[lane] == largest_depth[lane])
+    if (depths.add(lane, added))
         set_occluded(LaneMask{1} << lane);
 }
 
@@ -109,13 +107,11 @@ void PacketOcclusion::list(int lane, const RawCrossing& crossing)
         const auto* const triangle = std::get_if<TriangleHit>(&of.found);
         return last_equal_t(triangle ? limits.moved_t(of.t() + 8.0 * triangle->t_error) : of.t(), limits);
     };
-    const bool was_reached = depth[lane] == largest_depth[lane];
-    if (was_reached && first_t(crossing) > t_limit[lane])
+    if (depths.is_largest(lane) && first_t(crossing) > t_limit[lane])
         return;
     listed.push_back(crossing);
     const Absorption::Depth added = depth_of(crossing);
-    depth[lane] = std::min(depth[lane] + added, largest_depth[lane]);
-    if (added == 0 || depth[lane] < largest_depth[lane])
+    if (!depths.add(lane, added) || added == 0)
         return;
 
     // The limit is where the crossings found so far reach the depth, and decreases as more are found.
@@ -123,7 +119,7 @@ void PacketOcclusion::list(int lane, const RawCrossing& crossing)
               [&](const RawCrossing& a, const RawCrossing& b) { return last_t(a) < last_t(b); });
     Absorption::Depth sum = 0;
     auto end = listed.begin();
-    while (sum < largest_depth[lane])
+    while (sum < depths.largest[lane])
         sum += depth_of(*end++);
     t_limit[lane] = last_t(*std::prev(end));
     std::erase_if(listed, [&](const RawCrossing& of) { return first_t(of) > t_limit[lane]; });

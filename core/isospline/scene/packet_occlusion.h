@@ -28,8 +28,7 @@ struct PacketOcclusion : PacketQuery {
     {
         PacketQuery::begin(rays, used_lanes);
         occluded = undecided = waiting_.lanes = 0;
-        std::fill_n(depth, PreparedPacket::capacity, Absorption::Depth{0});
-        std::fill_n(largest_depth, PreparedPacket::capacity, Absorption::darkness);
+        depths.begin(Absorption::darkness);
         capped_.clear();
         for (int lane = 0; all != nullptr && lane < PreparedPacket::capacity; ++lane) {
             all->of_ray[lane].clear();
@@ -69,9 +68,8 @@ struct PacketOcclusion : PacketQuery {
     /// If given, gets all crossings, or with an absorption those up to the largest depth; none occludes a ray.
     RawCrossings* all = nullptr;
     LaneMask occluded = 0;
-    LaneMask undecided = 0;                                    ///< occluded lanes whose crossings have to be listed
-    Absorption::Depth depth[PreparedPacket::capacity] = {};    ///< of all crossings so far, at most the largest
-    Absorption::Depth largest_depth[PreparedPacket::capacity]; ///< that is looked for
+    LaneMask undecided = 0; ///< occluded lanes whose crossings have to be listed
+    PacketDepths depths;
 
 private:
     bool solve(const CandidateCells& cells);

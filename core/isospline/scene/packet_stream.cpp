@@ -42,6 +42,25 @@ void PacketStream::test_occlusions()
     trace({.context = this, .next = &next_ray, .record = nullptr, .occlude = occlude});
 }
 
+void PacketStream::sum_depths(const Absorption& absorption, std::span<PacketDepths> depths)
+{
+    absorption_ = &absorption;
+    depths_ = depths;
+    const auto count = [](void* self, int lane, int crossings) {
+        return static_cast<PacketStream*>(self)->add_depth(lane, crossings);
+    };
+    trace({.context = this, .next = &next_ray, .record = nullptr, .count = count});
+}
+
+bool PacketStream::add_depth(int lane, int crossings)
+{
+    const Place& place = places_[lane];
+    const bool is_largest = depths_[place.packet].add(place.lane, crossings * *absorption_->depth(slot_));
+    if (is_largest)
+        set_found(lane);
+    return is_largest;
+}
+
 bool PacketStream::next(int lane, LatticeRayPacket& rays)
 {
     while (rest_ == 0)

@@ -1,6 +1,7 @@
 // The rays of several packets, traced in a stream at one isosurface after the other.
 #pragma once
 
+#include "isospline/scene/absorption.h"
 #include "isospline/scene/ray_query.h"
 #include "isospline/scene/scene_snapshot_impl.h"
 #include "isospline/trace/ray_stream.h"
@@ -22,6 +23,9 @@ public:
     void cast(std::span<PacketHits> hits);
     /// Finds only which rays hit.
     void test_occlusions();
+    /// Adds the depths of all crossings, each of the same depth at an instance. The rays that hit are those that reach
+    /// the largest depth.
+    void sum_depths(const Absorption& absorption, std::span<PacketDepths> depths);
 
 private:
     static bool next_ray(void* self, int lane, LatticeRayPacket& rays)
@@ -30,6 +34,7 @@ private:
     }
     bool next(int lane, LatticeRayPacket& rays);
     double record(int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
+    bool add_depth(int lane, int crossings);
     void set_found(int lane) { found_[places_[lane].packet] |= LaneMask{1} << places_[lane].lane; }
     bool prepare_next_packet();
     /// Traces the rays at one instance after the other.
@@ -47,7 +52,9 @@ private:
     const std::size_t first_index_;
     std::span<LaneMask> found_;
     std::span<PacketHits> hits_; ///< empty for occlusions
-    std::uint32_t slot_ = 0;     ///< of the instance
+    std::span<PacketDepths> depths_;
+    const Absorption* absorption_ = nullptr;
+    std::uint32_t slot_ = 0; ///< of the instance
     const Instance* instance_ = nullptr;
     const IsosurfaceObject* object_ = nullptr;
     bool is_first_ = true;  ///< of the instances

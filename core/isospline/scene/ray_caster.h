@@ -67,9 +67,9 @@ public:
     /// The same for any number of rays: 1 if a ray is occluded, otherwise 0.
     void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded);
 
-    /// The part of the light that is left at the end of each ray of a packet, as in attenuate_rays() of the snapshot.
-    /// For coherent rays alone. Throws like cast().
-    void attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+    /// The part of the light that is left at the end of each ray of some packets, as in attenuate_rays() of the
+    /// snapshot. For coherent rays alone. Throws like cast().
+    void attenuate(std::span<const RayPacket> packets, std::size_t index, const Absorption& absorption,
                    std::span<double> transmitted, std::span<const double> thresholds = {});
 
     /// Appends the crossings of each ray of a packet, as list_intersections() of the snapshot does. For coherent rays

@@ -154,8 +154,15 @@ struct RayCaster::Impl {
     LaneMask find_occlusions(const Traversal& traversal, const RayPacket& rays, std::size_t index,
                              const Absorption* absorption, std::span<const double> thresholds = {},
                              RawCrossings* all = nullptr);
+    /// The same, also of the undecided rays.
+    template <int Size>
+    LaneMask find_depths(const Traversal& traversal, const RayPacket& rays, std::size_t index,
+                         const Absorption& absorption, std::span<const double> thresholds);
     template <int Size>
     void attenuate_packet(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                          std::span<double> transmitted, std::span<const double> thresholds);
+    template <int Size>
+    void attenuate_stream(std::span<const RayPacket> packets, std::size_t index, const Absorption& absorption,
                           std::span<double> transmitted, std::span<const double> thresholds);
 
     template <int Size>

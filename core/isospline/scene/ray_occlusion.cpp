@@ -2,6 +2,7 @@
 #include "isospline/scene/packet_stream.h"
 #include "isospline/scene/ray_caster_impl.h"
 
+#include <algorithm>
 #include <bit>
 #include <vector>
 
@@ -61,7 +62,7 @@ LaneMask RayCaster::Impl::find_occlusions(const Traversal& traversal, const RayP
     const LaneMask used = begin<Size>(traversal, rays, index, packet, ready);
     if (used == 0)
         return 0;
-    std::transform(thresholds.begin(), thresholds.end(), packet.largest_depth, Absorption::depth_of_part);
+    packet.depths.begin(thresholds);
     const ValidLanes<Size> valid(used);
     embree::occluded<Size>(traversal.scene, packet, valid.flags, ready);
     packet.rethrow();
@@ -70,21 +71,74 @@ LaneMask RayCaster::Impl::find_occlusions(const Traversal& traversal, const RayP
 }
 
 template <int Size>
+LaneMask RayCaster::Impl::find_depths(const Traversal& traversal, const RayPacket& rays, std::size_t index,
+                                      const Absorption& absorption, std::span<const double> thresholds)
+{
+    const LaneMask used = find_occlusions<Size>(traversal, rays, index, &absorption, thresholds);
+    for (LaneMask rest = used != 0 ? packet_occlusion->undecided : 0; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        packet_occlusion->depths.depth[lane] =
+            listed_depth(rays.ray(lane), index + static_cast<std::size_t>(lane), absorption);
+    }
+    return used;
+}
+
+namespace {
+
+/// Sets the part of the light that is left of some rays of a packet.
+void set_transmitted(const PacketDepths& depths, LaneMask lanes, std::span<const double> thresholds,
+                     std::span<double> transmitted)
+{
+    for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const auto place = static_cast<std::size_t>(lane);
+        const bool is_all_or_nothing = !thresholds.empty() && thresholds[place] > 0.0;
+        transmitted[place] = is_all_or_nothing ? static_cast<double>(depths.depth[lane] < depths.largest[lane])
+                                               : Absorption::transmittance(depths.depth[lane]);
+    }
+}
+
+} // namespace
+
+template <int Size>
 void RayCaster::Impl::attenuate_packet(const RayPacket& rays, std::size_t index, const Absorption& absorption,
                                        std::span<double> transmitted, std::span<const double> thresholds)
 {
     std::fill_n(transmitted.begin(), rays.count, 1.0);
-    for (LaneMask rest = find_occlusions<Size>(shadow, rays, index, &absorption, thresholds); rest != 0;
-         rest &= rest - 1u) {
-        const int lane = std::countr_zero(rest);
-        const bool is_decided = (packet_occlusion->undecided >> lane & 1u) == 0;
-        const Absorption::Depth depth =
-            is_decided ? packet_occlusion->depth[lane]
-                       : listed_depth(rays.ray(lane), index + static_cast<std::size_t>(lane), absorption);
-        const auto place = static_cast<std::size_t>(lane);
-        const bool is_all_or_nothing = !thresholds.empty() && thresholds[place] > 0.0;
-        transmitted[place] = is_all_or_nothing ? static_cast<double>(depth < packet_occlusion->largest_depth[lane])
-                                               : Absorption::transmittance(depth);
+    if (const LaneMask used = find_depths<Size>(shadow, rays, index, absorption, thresholds); used != 0)
+        set_transmitted(packet_occlusion->depths, used, thresholds, transmitted);
+}
+
+template <int Size>
+void RayCaster::Impl::attenuate_stream(std::span<const RayPacket> packets, std::size_t index,
+                                       const Absorption& absorption, std::span<double> transmitted,
+                                       std::span<const double> thresholds)
+{
+    std::size_t begin = 0;
+    const auto of_packet = [&](auto all, const RayPacket& rays) {
+        return all.empty() ? all : all.subspan(begin, static_cast<std::size_t>(rays.count));
+    };
+    std::vector<LaneMask> dark(packets.size());
+    std::vector<PacketDepths> depths(packets.size());
+    for (std::size_t i = 0; i < packets.size(); begin += static_cast<std::size_t>(packets[i++].count))
+        depths[i].begin(of_packet(thresholds, packets[i]));
+    PacketStream(scene.instances, shadow.met, packets, index, dark).sum_depths(absorption, depths);
+    begin = 0;
+    for (std::size_t i = 0; i < packets.size(); begin += static_cast<std::size_t>(packets[i++].count)) {
+        const RayPacket& rays = packets[i];
+        const LaneMask all = (LaneMask{1} << rays.count) - 1u;
+        if (shadow.met.others != nullptr && dark[i] != all) {
+            const Traversal others{shadow.met.others.get(), nullptr, 0, shadow.met};
+            const LaneMask used =
+                find_depths<Size>(others, rays, index + begin, absorption, of_packet(thresholds, rays));
+            for (LaneMask rest = used; rest != 0; rest &= rest - 1u)
+                // The list of an undecided ray has all its crossings.
+                if (const int lane = std::countr_zero(rest); (packet_occlusion->undecided >> lane & 1u) != 0)
+                    depths[i].depth[lane] = packet_occlusion->depths.depth[lane];
+                else
+                    depths[i].add(lane, packet_occlusion->depths.depth[lane]);
+        }
+        set_transmitted(depths[i], all, of_packet(thresholds, rays), of_packet(transmitted, rays));
     }
 }
 
@@ -117,7 +171,7 @@ LaneMask RayCaster::Impl::find_visible(const RayPacket& rays, std::size_t index,
     const LaneMask used = begin<Size>(seen, rays, index, packet, ready);
     if (used == 0)
         return 0;
-    std::fill_n(packet.largest_depth, Size, Absorption::invisibility);
+    packet.depths.begin(Absorption::invisibility);
     const ValidLanes<Size> valid(used);
     embree::intersect_coherent(seen.scene, packet, valid.flags, ready);
     packet.rethrow();
@@ -184,16 +238,29 @@ void RayCaster::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_
     });
 }
 
-void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+void RayCaster::attenuate(std::span<const RayPacket> packets, std::size_t index, const Absorption& absorption,
                           std::span<double> transmitted, std::span<const double> thresholds)
 {
     impl_->check_coherent();
-    check_packet(rays, width(), transmitted.size());
+    const std::size_t count = ray_count(packets);
+    for (const RayPacket& rays : packets)
+        check_packet(rays, width(), RayPacket::capacity);
+    check_one_per_ray("transmitted", count, transmitted.size());
     if (!thresholds.empty())
-        check_one_per_ray("thresholds", static_cast<std::size_t>(rays.count), thresholds.size());
-    impl_->ray_count += static_cast<unsigned int>(rays.count);
+        check_one_per_ray("thresholds", count, thresholds.size());
+    impl_->ray_count += count;
+    const std::vector<std::uint32_t>& streams = impl_->shadow.met.streams;
+    const bool counts = std::ranges::all_of(streams, [&](auto slot) { return absorption.depth(slot).has_value(); });
+    const bool is_stream = counts && impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets);
     dispatch_packet_size(impl_->packet_size, [&](auto size) {
-        impl_->attenuate_packet<size>(rays, index, absorption, transmitted, thresholds);
+        if (is_stream)
+            return impl_->attenuate_stream<size>(packets, index, absorption, transmitted, thresholds);
+        for (std::size_t begin = 0; const RayPacket& rays : packets) {
+            const auto of_packet = [&](auto all) { return all.subspan(begin, static_cast<std::size_t>(rays.count)); };
+            impl_->attenuate_packet<size>(rays, index + begin, absorption, of_packet(transmitted),
+                                          thresholds.empty() ? thresholds : of_packet(thresholds));
+            begin += static_cast<std::size_t>(rays.count);
+        }
     });
 }
 
@@ -229,11 +296,12 @@ void SceneSnapshot::attenuate_rays(std::span<const Ray> rays, const Absorption& 
     if (!thresholds.empty())
         check_one_per_ray("thresholds", rays.size(), thresholds.size());
     RayCaster caster(*this, RayCaster::Rays::coherent);
-    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
-        const auto of_packet = [&](auto all) { return all.subspan(first, static_cast<std::size_t>(packet.count)); };
-        caster.attenuate(packet, first, absorption, of_packet(transmitted),
-                         thresholds.empty() ? thresholds : of_packet(thresholds));
-    });
+    for_each_batch(rays, caster.width(), caster.batch_size(),
+                   [&](std::span<const RayPacket> packets, std::size_t first) {
+                       const auto of_batch = [&](auto all) { return all.subspan(first, ray_count(packets)); };
+                       caster.attenuate(packets, first, absorption, of_batch(transmitted),
+                                        thresholds.empty() ? thresholds : of_batch(thresholds));
+                   });
 }
 
 } // namespace isospline

@@ -162,8 +162,8 @@ private:
         Stack& stack = walk.stack;
         std::size_t size = stack.size;
         push_children(walk, tree_.nodes[walk.next], size);
-        // For occlusion, any crossing will do: an order costs more than it saves.
-        if (stream_.occlude == nullptr && size > stack.size + 2)
+        // Where crossings count in any order, an order costs more than it saves.
+        if (stream_.record != nullptr && size > stack.size + 2)
             sort(stack, stack.size, size);
         // The nearer one of the two on top is next. One of them may be older, and the order does not change the result.
         const std::size_t nearer = size - 1 - (stack.t[size - 2] < stack.t[size - 1]);
@@ -269,10 +269,12 @@ private:
             const glm::ivec3 lower = leaves_[walk.leaf].first_cell() + child_position(walk.cell);
             copy_to_lane<Degree>(coefficients_of(walk), lower, lane, cells_);
         }
-        if (stream_.occlude != nullptr)
+        if (stream_.record != nullptr)
+            record_roots();
+        else if (stream_.occlude != nullptr)
             end_occluded();
         else
-            record_roots();
+            count_roots();
         for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u) {
             const int lane = lowest_lane(rest);
             Walk& walk = walks_[lane];
@@ -300,9 +302,23 @@ private:
         for (LaneMask rest = intersector_.any_roots(cells_, leaves_.threshold(), rays_); rest != 0; rest &= rest - 1u) {
             const int lane = lowest_lane(rest);
             stream_.occlude(stream_.context, lane);
-            walks_[lane].cells = 0;
-            walks_[lane].stack.size = Stack::bottom;
+            end(lane);
         }
+    }
+
+    HWY_INLINE void count_roots()
+    {
+        std::uint8_t counts[capacity];
+        for (LaneMask rest = intersector_.count_roots(cells_, leaves_.threshold(), rays_, counts); rest != 0;
+             rest &= rest - 1u)
+            if (const int lane = lowest_lane(rest); stream_.count(stream_.context, lane, counts[lane]))
+                end(lane);
+    }
+
+    HWY_INLINE void end(int lane)
+    {
+        walks_[lane].cells = 0;
+        walks_[lane].stack.size = Stack::bottom;
     }
 
     // Drops what begins beyond a new end.

@@ -17,8 +17,11 @@ struct RayStream {
     bool (*next)(void* context, int lane, LatticeRayPacket& rays);
     /// Takes the first crossing in a cell. Returns the t beyond which no crossing of the ray counts any more.
     double (*record)(void* context, int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
-    /// If given, any crossing ends a ray, and record() is not called.
+    /// If given in place of record(), any crossing ends a ray.
     void (*occlude)(void* context, int lane) = nullptr;
+    /// If given in place of record(), gets the number of crossings in each cell, in any order. Returns whether the ray
+    /// ends.
+    bool (*count)(void* context, int lane, int crossings) = nullptr;
 };
 
 /// Traces rays through the tree. Sixteen rays are under way: while one waits for memory, the others go on. As soon as
