@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import isolated
-from .checks import check_file, check_samples
+from .checks import check_file, check_samples, errors_name
 from .confinement import check_folder_within
-from .dicom_frames import errors_name, frames_of, is_directory, read_dataset
+from .dicom_frames import frames_of, is_directory, read_dataset
 from .dicom_pixels import read_samples
 from .dicom_stack import arrange, samples_type
 from .volume_data import VolumeData, read_isolated

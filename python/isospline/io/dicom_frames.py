@@ -6,7 +6,6 @@ C.7.6.16). Functions here run in the reader's process.
 
 from __future__ import annotations
 
-import contextlib
 import mmap
 import os
 from dataclasses import dataclass
@@ -60,20 +59,6 @@ class Frame:
         if (self.slope, self.intercept) != (1, 0):
             samples = samples * np.float64(self.slope) + np.float64(self.intercept)
         return samples.astype(dtype, copy=False)
-
-
-@contextlib.contextmanager
-def errors_name(file):
-    """Put the name of a broken file in front of the error message."""
-    try:
-        yield
-    except (MemoryError, ModuleNotFoundError):
-        raise
-    except Exception as error:  # pydicom raises many kinds for a broken file
-        if isinstance(error, OSError) and error.filename is not None:
-            raise
-        reason = (str(error).strip().splitlines() or [type(error).__name__])[-1].strip()
-        raise ValueError(f"{os.path.basename(file)}: {reason}") from error
 
 
 class _Mapped(mmap.mmap):

@@ -118,8 +118,9 @@ def read_volume(
     Warns
     -----
     UserWarning
-        If neighbouring slices of a raw file differ so much that the shape is probably wrong, and if an OME-TIFF file
-        has no spacing along z.
+        If neighbouring slices of a raw file differ so much that the shape is probably wrong; if TIFF of OME, or slices
+        of ImageJ, have no spacing along z, or other TIFF has resolution tags, which are not used; and if numbers are
+        missing in the names of TIFF slices.
 
     Raises
     ------

@@ -162,18 +162,23 @@ def open_tiff(path: Path) -> Source:
         source = PagesSource(path, shape, dtype)
     else:
         raise ValueError(f"expected a page for each of {shape[0]} slices, got {pages}")
-    if layout["place"]:
-        if "warning" in layout["place"]:
-            warn(f"{path.name}: {layout['place']['warning']}")
-        source.move(spacing=tuple(layout["place"]["spacing"]), unit=name_of_unit(layout["place"]["unit"]))
-    return source
+    return _placed(source, path, layout["place"])
 
 
 def open_tiff_folder(path: Path) -> Source:
     """A source of a folder of files of one page each."""
-    files = tiff.slices_of(path)
-    first = tiff.read_slice(files[0])
-    return FilesSource(files, first.shape, first.dtype, tiff.read_slice)
+    found = tiff.find_slices(path)
+    source = FilesSource([Path(file) for file in found["files"]], found["shape"], found["dtype"], tiff.read_slice)
+    return _placed(source, path, found["place"])
+
+
+def _placed(source, path, place):
+    """A source of TIFF with its place; warns if the files lack some of it."""
+    if "warning" in place:
+        warn(f"{path.name}: {place['warning']}")
+    if "spacing" in place:
+        source.move(spacing=tuple(place["spacing"]), unit=name_of_unit(place["unit"]))
+    return source
 
 
 def open_dicom(path: Path, name: str | None) -> Source | None:
