@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.system import warn
 from . import isolated
 from .checks import check_file, check_samples, errors_name
 from .confinement import check_folder_within
@@ -45,6 +46,8 @@ def find_slices(path, name=None):
     found = isolated.call("isospline.io.dicom:load_slices", path, _LIBRARY, name=name)
     if found is None:
         return None
+    if "warning" in found:
+        warn(f"{Path(path).name}: {found['warning']}")
     files = [Path(file) for file in found["files"]]
     return Slices(files, tuple(found["shape"]), np.dtype(found["dtype"]), found["frame"])
 
@@ -67,12 +70,12 @@ def load_folder(path, name):
 
 def load_slices(path, name):
     """`find_slices`, in this process."""
-    frames, place = arrange(_frames_of_series(Path(path), name))
+    frames, place, told = arrange(_frames_of_series(Path(path), name))
     dtype, shape = samples_type(frames), frames[0].size[::-1]
     check_samples((len(frames), *shape), dtype, mapped=True)
     if len(frames) == 1 or any(frame.count > 1 for frame in frames):
         return None
-    return {"files": [frame.file for frame in frames], "shape": shape, "dtype": dtype.str, "frame": place}
+    return {"files": [frame.file for frame in frames], "shape": shape, "dtype": dtype.str, "frame": place, **told}
 
 
 def load_slice(path, dtype):
@@ -85,9 +88,9 @@ def load_slice(path, dtype):
 
 
 def _load(frames):
-    frames, place = arrange(frames)
+    frames, place, told = arrange(frames)
     samples = read_samples(frames, samples_type(frames))
-    return vars(VolumeData(samples, **place, patient=True))
+    return vars(VolumeData(samples, **place, patient=True)) | told
 
 
 def _frames_of_series(folder, name):

@@ -10,11 +10,14 @@ TOLERANCE = 0.02
 
 
 def arrange(frames):
-    """Sort frames along their normal, and check that they make a volume; returns them, and the volume's place."""
+    """Sort frames along their normal, and check that they make a volume.
+
+    Returns them, the volume's place, and a ``warning`` of the place, if there is one.
+    """
     first = frames[0]
     _check_alike(frames)
     normal = first.normal
-    step = normal * (abs(first.thickness) or 1.0)
+    step = normal * abs(first.thickness or 1.0)
     if len(frames) > 1:
         frames = sorted(frames, key=lambda frame: float(frame.position @ normal))
         step = _even_step(frames)
@@ -22,7 +25,8 @@ def arrange(frames):
     # The third axis runs along the slices' positions; with a tilted gantry, this is not their normal.
     direction = np.stack([first.direction[:3], first.direction[3:], step / distance], axis=1)
     place = {"spacing": (*first.spacing, distance), "origin": frames[0].position.tolist(), "direction": direction}
-    return frames, place
+    warning = "; ".join(dict.fromkeys(told for frame in frames for told in frame.told))
+    return frames, place, {"warning": warning} if warning else {}
 
 
 def samples_type(frames):

@@ -118,8 +118,9 @@ def read_volume(
     Warns
     -----
     UserWarning
-        If neighbouring slices of a raw file differ so much that the shape is probably wrong; if TIFF of OME, or slices
-        of ImageJ, have no spacing along z, or other TIFF has resolution tags, which are not used; and if numbers are
+        If neighbouring slices of a raw file differ so much that the shape is probably wrong; if DICOM has no spacing
+        of pixels, or that of a detector, or neither positions nor a distance of frames; if TIFF of OME, or slices of
+        ImageJ, have no spacing along z, or other TIFF has resolution tags, which are not used; and if numbers are
         missing in the names of TIFF slices.
 
     Raises

@@ -1,5 +1,7 @@
 """Slices and frames of DICOM: their order, place and scaling, against pydicom and NumPy in float64."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -320,12 +322,65 @@ def test_doses_and_emission_tomograms_tell_the_place_of_the_first_frame(tmp_path
 
 
 @pytest.mark.parametrize(
+    ("told", "spacing", "warning"),
+    [
+        ({"PixelSpacing": [0.5, 0.25], "SliceThickness": 3}, (0.25, 0.5, 3), None),
+        ({"PixelSpacing": [0.5, 0.25], "SliceThickness": 3, "SpacingBetweenSlices": 2}, (0.25, 0.5, 2), None),
+        ({"PixelSpacing": [0.5, 0.25], "SliceThickness": 3, "SpacingBetweenSlices": 0}, (0.25, 0.5, 3), None),
+        ({"NominalScannedPixelSpacing": [0.5, 0.25], "SliceThickness": 3}, (0.25, 0.5, 3), None),
+        ({"PixelSpacing": [0.5, 0.25]}, (0.25, 0.5, 1), "no distance of slices: 1 mm is assumed; say spacing="),
+        ({"SliceThickness": 3}, (1, 1, 3), "the file has no PixelSpacing: 1 mm is assumed"),
+        ({}, (1, 1, 1), "the file has no PixelSpacing and no distance of slices: 1 mm is assumed"),
+        (
+            {"ImagerPixelSpacing": [0.5, 0.25], "SliceThickness": 3},
+            (0.25, 0.5, 3),
+            ".* that on the detector",
+        ),
+    ],
+)
+def test_frames_without_positions_have_the_distances_that_the_file_tells(tmp_path, data, told, spacing, warning):
+    dicomwrappers = pytest.importorskip("nibabel.nicom.dicomwrappers")
+    path = save(image(data, uid.NuclearMedicineImageStorage, NumberOfFrames=5, **told), tmp_path / "a.dcm")
+    with pytest.warns(match=rf"^a\.dcm: .*{warning}") if warning else contextlib.nullcontext():
+        volume = read_volume(path)
+    assert volume.spacing == spacing
+    np.testing.assert_allclose(volume.position((0, 0, 4)), (0, 0, 4 * spacing[2]))
+    if "PixelSpacing" in told and "SpacingBetweenSlices" not in told:
+        expected = dicomwrappers.wrapper_from_data(pydicom.dcmread(path)).voxel_sizes
+        np.testing.assert_allclose(volume.spacing, [float(expected[axis]) for axis in (1, 0, 2)])
+
+
+def test_a_series_without_a_spacing_of_pixels_says_so(tmp_path, data):
+    path = write_series(tmp_path / "series", data, 5 * [(1, 0)])
+    for file in path.iterdir():
+        dataset = pydicom.dcmread(file)
+        del dataset.PixelSpacing
+        save(dataset, file)
+    for read in (read_volume, lambda path: staged(path, tmp_path)[1]):
+        with pytest.warns(match=r"^series: the file has no PixelSpacing: 1 mm is assumed; say") as caught:
+            assert tuple(read(path).spacing) == (1, 1, 2)
+        assert len(caught) == 1
+
+
+def test_frames_of_a_tomogram_are_where_their_slice_numbers_say(tmp_path, data):
+    place = {"ImagePositionPatient": ORIGIN.tolist(), "ImageOrientationPatient": [1, 0, 0, 0, 1, 0]}
+    emission = image(data, uid.NuclearMedicineImageStorage, NumberOfFrames=5, PixelSpacing=[0.5, 0.25],
+                     SpacingBetweenSlices=2, SliceVector=[3, 5, 1, 4, 2], FrameIncrementPointer=0x00540080,
+                     DetectorInformationSequence=[item(**place)])  # fmt: skip
+    expected = data[[2, 4, 0, 3, 1]]
+    check(save(emission, tmp_path / "a.dcm"), expected, tmp_path, "i2", positions(2.0 * np.arange(-2, 3)))
+    emission.SliceVector = [1, 2, 3, 5, 6]
+    check_refused(save(emission, tmp_path / "b.dcm"), "evenly spaced slices, got distances from 2 to 4", tmp_path)
+
+
+@pytest.mark.parametrize(
     "names",
     [["FrameTime"], ["FrameTimeVector"], ["PhaseVector", "TimeSliceVector"], ["DetectorVector", "AngularViewVector"],
      ["TimeSlotVector", "SliceVector"], ["RotationVector"]],
 )  # fmt: skip
 def test_frames_along_time_or_angles_are_refused(tmp_path, data, names):
-    frames = image(data, uid.UltrasoundMultiFrameImageStorage, NumberOfFrames=5, FrameTime=33, DetectorVector=5 * [1])
+    known = dict(PixelSpacing=[0.5, 0.25], SpacingBetweenSlices=2, FrameTime=33, DetectorVector=5 * [1])
+    frames = image(data, uid.UltrasoundMultiFrameImageStorage, NumberOfFrames=5, **known)
     tags = [pydicom.datadict.tag_for_keyword(name) for name in names]
     frames.FrameIncrementPointer = tags if len(tags) > 1 else tags[0]
     changing = next(name for name in names if name not in ("DetectorVector", "SliceVector"))
@@ -420,7 +475,8 @@ def test_slices_that_gdcm_compressed(tmp_path, rng, compressor, dtype):
 def test_files_of_pydicom_are_read_as_by_gdcm(name):
     path = get_testdata_file(f"{name}.dcm", download=False)
     expected = SimpleITK.ReadImage(path)
-    volume = read_volume(path)
+    with pytest.warns(match="no PixelSpacing") if name == "JPEGLSNearLossless_08" else contextlib.nullcontext():
+        volume = read_volume(path)
     np.testing.assert_array_equal(volume.data, SimpleITK.GetArrayFromImage(expected))
     # Old versions of GDCM read no spacing of nuclear medicine.
     spacing = pydicom.dcmread(path).get("PixelSpacing", (1.0, 1.0))
