@@ -14,7 +14,7 @@ from .confinement import check_folder_within
 from .dicom_frames import frames_of, is_directory, read_dataset
 from .dicom_pixels import read_samples
 from .dicom_stack import arrange, samples_type
-from .volume_data import VolumeData, read_isolated
+from .volume_data import VolumeData, read_isolated, volume_of
 
 # Suffixes of files that count as slices, even without the preamble of DICOM.
 SUFFIXES = (".dcm", ".dicom", ".ima")
@@ -39,6 +39,16 @@ def read_folder(path, name=None, *, within=None):
     """Read the only series of a folder, or the one whose Series Instance UID is `name`."""
     check_folder_within(path, within)
     return read_isolated("isospline.io.dicom:load_folder", path, _LIBRARY, name=name)
+
+
+def read_segmentation(path):
+    """The label map of a DICOM segmentation, [z, y, x] or [z, y, x, layer], and what it tells of its segments.
+
+    These are dicts of `number`, `name`, `color` (CIELab, or None) and `layer`. None for other files.
+    """
+    fields = isolated.call("isospline.io.dicom_segments:load_segmentation", path, _LIBRARY)
+    segments = fields.pop("segments", None)
+    return None if segments is None else (volume_of(fields, path), segments)
 
 
 def find_slices(path, name=None):

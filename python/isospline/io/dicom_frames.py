@@ -44,7 +44,8 @@ class Frame:
     direction: Any  # (6,) of rows and of columns
     position: Any  # (3,) of the first sample
     is_placed: bool  # whether the file tells the position
-    segment: str  # number and label of the segment of which it is a mask, or empty
+    segment_number: int  # of the segment of which it is a mask, or 0
+    segment: str  # number and label of it, or empty
     told: tuple[str, ...]  # what the user is to know of its place, for a warning
 
     @property
@@ -132,6 +133,7 @@ def frames_of(file, dataset):
                 direction=direction,
                 position=position,
                 is_placed=is_placed,
+                segment_number=_segment_number(groups) or 0,
                 segment=_segment(dataset, groups),
                 told=_told_of_place(dataset, groups, spacing_name, thickness),
             )
@@ -228,9 +230,13 @@ def _told_of_place(dataset, groups, spacing_name, thickness):
     return tuple(told)
 
 
+def _segment_number(groups):
+    return _lookup_group(groups, "SegmentIdentificationSequence", "ReferencedSegmentNumber")
+
+
 def _segment(dataset, groups):
     """The number and the label of the segment of a frame of a segmentation; empty for other frames."""
-    number = _lookup_group(groups, "SegmentIdentificationSequence", "ReferencedSegmentNumber")
+    number = _segment_number(groups)
     if number is None:
         return ""
     described = (each for each in dataset.get("SegmentSequence") or () if each.get("SegmentNumber") == number)

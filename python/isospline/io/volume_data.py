@@ -196,7 +196,11 @@ class VolumeData(Shown):
 
 def read_isolated(function: str, path: Path, libraries: str, **arguments: Any) -> VolumeData:
     """The `VolumeData` with the attributes that a function returns, called in a process of its own."""
-    fields = isolated.call(function, path, libraries, **arguments)
+    return volume_of(isolated.call(function, path, libraries, **arguments), path)
+
+
+def volume_of(fields: dict[str, Any], path: Path) -> VolumeData:
+    """The `VolumeData` with these attributes; a ``warning`` among them is given."""
     if "warning" in fields:
         warn(f"{path.name}: {fields.pop('warning')}")
     place = {name: tuple(fields[name]) for name in ("spacing", "origin")}

@@ -391,23 +391,86 @@ def test_frames_along_time_or_angles_are_refused(tmp_path, data, names):
         np.testing.assert_array_equal(read_volume(save(frames, tmp_path / "b.dcm")).data, data)
 
 
-def test_masks_of_several_segments_are_refused(tmp_path, data):
-    mask = data % 2
-    path = write_frames(tmp_path / "a.dcm", mask, positions(2.0 * np.arange(5)), dtype="u1")
+def write_segments(path, frames, kind="BINARY", names=("liver", "spleen", ""), **attributes):
+    """A segmentation of masks, each with its segment and slice."""
+    samples = np.stack([mask for mask, _, _ in frames]).astype("u1")
+    write_frames(path, samples, positions([2.0 * k for _, _, k in frames]), dtype="u1", **attributes)
     dataset = pydicom.dcmread(path)
+    dataset.SegmentationType = kind
     dataset.SegmentSequence = [
-        item(SegmentNumber=1, SegmentLabel="liver"),
-        item(SegmentNumber=2, SegmentLabel="spleen"),
+        item(SegmentNumber=number, **({"SegmentLabel": name} if name else {})) for number, name in enumerate(names, 1)
     ]
-    for numbers in ([2, 2, 2, 2, 2], [1, 1, 1, 2, 2]):
-        for group, number in zip(dataset.PerFrameFunctionalGroupsSequence, numbers):
+    # As highdicom writes the colour (200, 30, 60) in sRGB.
+    dataset.SegmentSequence[0].RecommendedDisplayCIELabValue = [28545, 49362, 40212]
+    for group, (_, number, _) in zip(dataset.PerFrameFunctionalGroupsSequence, frames):
+        if number:
             group.SegmentIdentificationSequence = [item(ReferencedSegmentNumber=number)]
-        save(dataset, path)
-        if numbers[0] == 2:
-            np.testing.assert_array_equal(read_volume(path).data, mask)
-    check_refused(path, r"expected a mask of one segment, got 2: 1 \(liver\), 2 \(spleen\)", tmp_path)
-    with pytest.raises(ValueError, match="one segment, got 2"):
-        Labels.read(path)
+    return save(dataset, path)
+
+
+def frames_of_segments(masks, first=0):
+    """Frames in no order, without those that are empty."""
+    frames = [
+        (plane, number, k) for number, mask in masks.items() for k, plane in enumerate(mask, first) if plane.any()
+    ]
+    return frames[::-2] + frames[-2::-2]
+
+
+def test_segments_of_a_segmentation_are_labels(tmp_path):
+    z, y, x = np.mgrid[:8, :6, :7]
+    labels = np.select([(z < 3) & (x < 4), (z > 4) & (y > 2), (z == 2) & (x > 4)], [1, 2, 3])
+    path = write_segments(tmp_path / "a.dcm", frames_of_segments({n: labels == n for n in (1, 2, 3)}))
+    found = Labels.read(path)
+    np.testing.assert_array_equal(found.data, labels)  # two slices in the middle have no frame
+    assert found.names == ("liver", "spleen", "Segment 3") and found.numbers == (1, 2, 3) and found.data.dtype == "u1"
+    np.testing.assert_allclose(255 * found.colors[0], (200, 30, 60), atol=0.5)
+    assert (
+        found.frame["patient"] and found.frame["spacing"] == (0.25, 0.5, 2) and found.frame["origin"] == tuple(ORIGIN)
+    )
+    assert Labels.read(path, spacing=3, names={3: "cyst"}).frame["spacing"] == (3, 3, 3)
+    message = r"mask of one segment, got 3: 3, 2 \(spleen\), 1 \(liver\); Labels\.read\(path\) reads all of them"
+    check_refused(path, message, tmp_path)
+    path = write_segments(tmp_path / "b.dcm", frames_of_segments({2: labels == 2}, first=-5))
+    np.testing.assert_array_equal(Labels.read(path).mask("spleen"), labels[5:] == 2)
+    np.testing.assert_array_equal(read_volume(path).data, labels[5:] == 2)
+
+
+def test_segments_that_overlap_are_in_layers(tmp_path):
+    z, y, x = np.mgrid[:4, :6, :7]
+    masks = {1: (z < 3) & (x < 4), 2: (z > 1) & (y > 2), 3: (z == 0) & (x > 4)}
+    found = Labels.read(write_segments(tmp_path / "a.dcm", frames_of_segments(masks)))
+    assert found.data.shape == (2, 4, 6, 7)
+    for number, mask in masks.items():
+        np.testing.assert_array_equal(found.mask(number), mask)
+
+
+def test_label_maps_of_dicom_have_the_names_of_their_segments(tmp_path, data):
+    labels = data % 3
+    frames = [(plane, 0, k) for k, plane in enumerate(labels)]
+    path = write_segments(tmp_path / "a.dcm", frames, "LABELMAP")
+    dataset = pydicom.dcmread(path)
+    dataset.SegmentSequence.insert(0, item(SegmentNumber=0, SegmentLabel="Background"))
+    found = Labels.read(save(dataset, path))
+    np.testing.assert_array_equal(found.data, labels)
+    assert found.names == ("liver", "spleen")
+
+
+def test_segmentations_that_are_no_label_maps_are_refused(tmp_path, data):
+    mask = data % 2
+    twice = [(mask[0], 1, 0), (mask[1], 1, 0), (mask[2], 1, 1)]
+    for frames, kind, message in (
+        ([(mask[0], 1, 0)], "FRACTIONAL", "segments of the type BINARY or LABELMAP, got FRACTIONAL"),
+        (twice, "BINARY", "one frame a slice of segment 1, got several"),
+        (twice, "LABELMAP", "one frame a slice, got several"),
+        ([(mask[0], 0, 0), (mask[1], 0, 1)], "BINARY", r"frames of segments from 1 on, got a\.dcm \(frame 1\) of 0"),
+        ([(mask[0], 1, 0), (mask[1], 1, 1), (mask[2], 1, 2.5)], "BINARY", "evenly spaced slices, got distances from 2"),
+    ):
+        with pytest.raises(ValueError, match=rf"a\.dcm: cannot be read as DICOM: expected {message}"):
+            Labels.read(write_segments(tmp_path / "a.dcm", frames, kind))
+    with pytest.raises(ValueError, match=r"name: expected none for .*a\.dcm"):
+        Labels.read(tmp_path / "a.dcm", name="1")
+    path = write_series(tmp_path / "series", data % 3, 5 * [(1, 0)]) / "0.dcm"  # no segmentation
+    np.testing.assert_array_equal(Labels.read(path).data, data[:1] % 3)
 
 
 # Compressed samples
