@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.system import warn
 from . import isolated
 from .checks import check_file, check_samples, errors_name
 from .confinement import check_folder_within
 from .dicom_frames import frames_of, is_directory, read_dataset
 from .dicom_pixels import read_samples
 from .dicom_stack import arrange, samples_type
+from .told import warn_of_place
 from .volume_data import VolumeData, read_isolated, volume_of
 
 # Suffixes of files that count as slices, even without the preamble of DICOM.
@@ -56,8 +56,7 @@ def find_slices(path, name=None):
     found = isolated.call("isospline.io.dicom:load_slices", path, _LIBRARY, name=name)
     if found is None:
         return None
-    if "warning" in found:
-        warn(f"{Path(path).name}: {found['warning']}")
+    warn_of_place(Path(path), found)
     files = [Path(file) for file in found["files"]]
     return Slices(files, tuple(found["shape"]), np.dtype(found["dtype"]), found["frame"])
 

@@ -12,7 +12,7 @@ TOLERANCE = 0.02
 def arrange(frames):
     """Sort frames along their normal, and check that they make a volume.
 
-    Returns them, the volume's place, and a ``warning`` of the place, if there is one.
+    Returns them, the volume's place, and what is `of_spacing` to tell, if there is something.
     """
     first = frames[0]
     _check_one_segment(frames)
@@ -26,7 +26,7 @@ def arrange(frames):
 
 
 def grid_of(frames):
-    """The slice of each frame, the number of slices, the volume's place, and a ``warning`` of it, if there is one.
+    """The slice of each frame, the number of slices, the volume's place, and what `arrange` tells.
 
     Several frames may be in a slice, and slices may have none, as in segmentations; their smallest distance is that of
     slices.
@@ -58,8 +58,8 @@ def _place(first, step):
 
 
 def _told(frames):
-    warning = "; ".join(dict.fromkeys(told for frame in frames for told in frame.told))
-    return {"warning": warning} if warning else {}
+    text = "; ".join(dict.fromkeys(told for frame in frames for told in frame.told))
+    return {"of_spacing": text} if text else {}
 
 
 def samples_type(frames):

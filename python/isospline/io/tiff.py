@@ -76,7 +76,7 @@ def load_file(path, within=None):
     """`read_file`, in this process."""
     with _opened_series(Path(path), within) as (file, series):
         check_samples(series.shape, series.dtype)
-        return vars(VolumeData(_values_of(series, file))) | place_of(file)  # and its warning, if it has one
+        return vars(VolumeData(_values_of(series, file))) | place_of(file)
 
 
 def load_layout(path):
@@ -222,10 +222,8 @@ def _check_like(first, other):
 
 
 def _place_of_slices(files, slices):
-    """The place of the first slice, and its warning, and one of gaps, if there are any."""
-    place = slices[0]["place"]
-    warnings = [each for each in (place.get("warning"), _told_of_gaps(files)) if each]
-    return place | ({"warning": "; ".join(warnings)} if warnings else {})
+    """The place of the first slice, and a ``warning`` of gaps."""
+    return slices[0]["place"] | {"warning": _told_of_gaps(files)}
 
 
 def _told_of_gaps(files):

@@ -23,7 +23,7 @@ def place_of(file):
     """Spacing and unit from ImageJ's or OME's metadata; ones without a unit if these do not calibrate x and y.
 
     A missing spacing along z is 1 in a stack of ImageJ, which does not write it then (ij/io/FileSaver.java). OME leaves
-    it open, and so does one slice of ImageJ: then there is a ``warning``, too, as for resolution tags of other files.
+    it open, and so does one slice of ImageJ: then `of_spacing` tells it, too, as resolution tags of other files.
     """
     is_known = True  # the spacing along z
     if file.is_imagej:
@@ -55,7 +55,7 @@ def place_of(file):
         spacing = [float(f"{value:.12g}") for value in spacing]  # without the rounding of the factors
     if is_transposed(file):
         spacing[:2] = spacing[1::-1]
-    return {"spacing": tuple(spacing), "unit": units[0], **({} if is_known else {"warning": told})}
+    return {"spacing": tuple(spacing), "unit": units[0], **({} if is_known else {"of_spacing": told})}
 
 
 def _resolution_of(tags):
@@ -65,13 +65,13 @@ def _resolution_of(tags):
 
 
 def _told_of_resolution(tags):
-    """A ``warning`` if the resolution tags of a plain file may be those of the sample: they do not include z."""
+    """What `of_spacing` tells if resolution tags of a plain file may be the sample's: they do not include z."""
     unit = _RESOLUTION_UNITS.get(int(tags["ResolutionUnit"].value) if "ResolutionUnit" in tags else 2)
     spacing = [each * unit for each in _resolution_of(tags)] if unit else [0.0]
     if not min(spacing) > 0 or all(min(abs(25.4 / each - known) for known in _RESOLUTIONS) < 0.1 for each in spacing):
         return {}
     text = " and ".join(f"{each:.6g}" for each in spacing)
-    return {"warning": f"spacing is 1, and not {text} mm, the resolution that tags tell for x and y: say spacing="}
+    return {"of_spacing": f"spacing is 1, and not {text} mm, the resolution that tags tell for x and y: say spacing="}
 
 
 def _orientation_of(file):

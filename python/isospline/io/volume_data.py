@@ -14,9 +14,9 @@ from ..base.handed import known
 from ..base.parameters import check_plain, describe_not_finite
 from ..base.shown import Shown
 from ..base.signatures import explained_methods
-from ..base.system import warn
 from . import isolated
 from .label_map import warn_of_labels
+from .told import warn_of_place
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -200,8 +200,7 @@ def read_isolated(function: str, path: Path, libraries: str, **arguments: Any) -
 
 
 def volume_of(fields: dict[str, Any], path: Path) -> VolumeData:
-    """The `VolumeData` with these attributes; a ``warning`` among them is given."""
-    if "warning" in fields:
-        warn(f"{path.name}: {fields.pop('warning')}")
+    """The `VolumeData` with these attributes, after warnings that are among them."""
+    warn_of_place(path, fields)
     place = {name: tuple(fields[name]) for name in ("spacing", "origin")}
     return VolumeData(**{**fields, **place})

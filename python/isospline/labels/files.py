@@ -15,6 +15,7 @@ from ..colors import linear_to_srgb
 from ..io import VolumeData, dicom, nifti, nrrd, read_volume
 from ..io.confinement import check_within
 from ..io.read import FORMATS, check_frame, check_used, errors_name
+from ..io.told import spacing_given
 from .segments import Given, Segment, categorical_color, srgb
 
 
@@ -54,7 +55,8 @@ def _read(path, format, place, read):
     frame = check_frame(*(place.get(name) for name in ("spacing", "origin", "direction")))
     with errors_name(path, format):
         check_within(path, within, "a path")
-        found = read(Path(path), within)
+        with spacing_given(frame["spacing"]):
+            found = read(Path(path), within)
     if found is None:
         return None
     given = {name: value for name, value in frame.items() if value is not None}

@@ -344,6 +344,7 @@ def test_frames_without_positions_have_the_distances_that_the_file_tells(tmp_pat
     with pytest.warns(match=rf"^a\.dcm: .*{warning}") if warning else contextlib.nullcontext():
         volume = read_volume(path)
     assert volume.spacing == spacing
+    assert read_volume(path, spacing=2).spacing == (2, 2, 2)  # without a warning
     np.testing.assert_allclose(volume.position((0, 0, 4)), (0, 0, 4 * spacing[2]))
     if "PixelSpacing" in told and "SpacingBetweenSlices" not in told:
         expected = dicomwrappers.wrapper_from_data(pydicom.dcmread(path)).voxel_sizes

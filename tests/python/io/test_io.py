@@ -1,5 +1,6 @@
 """Reading volumes from files of independent writers. The oracle is their own position of a sample."""
 
+import contextlib
 import re
 import subprocess
 import sys
@@ -378,6 +379,8 @@ def test_tiff_folder_has_the_spacing_of_its_slices(tmp_path):
     volume, told = read_both(path)
     assert volume.spacing == (0.5, 0.25, 1) and volume.unit == "mm"
     assert told == ["no_z: the file has no spacing along z: 1 mm is assumed; say spacing=(x, y, z)"]
+    assert read_volume(path, spacing=2).spacing == (2, 2, 2)  # without a warning, as here
+    isospline.convert(path, tmp_path / "a.zarr", spacing=2)
     metadata = {"axes": "YX", "PhysicalSizeX": 0.5, "PhysicalSizeY": 0.75, "PhysicalSizeZ": 2.5}
     volume, told = read_both(write_tiff_slices(tmp_path / "ome", range(4), ome=True, metadata=metadata))
     assert volume.spacing == (0.5, 0.75, 2.5) and volume.unit == "µm" and not told
@@ -418,6 +421,8 @@ def test_tiff_folder_tells_of_gaps(tmp_path, numbers, told):
     volume, warned = read_both(write_tiff_slices(tmp_path / "slices", numbers))
     assert volume.data[:, 0, 0].tolist() == numbers
     assert warned == ([f"slices: {told}"] if told else [])
+    with pytest.warns(match="missing") if told else contextlib.nullcontext():  # also if spacing is known
+        read_volume(tmp_path / "slices", spacing=2)
 
 
 def test_tiff_folder_is_sorted_by_number(tmp_path, rng):

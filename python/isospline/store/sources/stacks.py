@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.system import warn
 from ...io import dicom, packed, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
+from ...io.told import warn_of_place
 from ..layout import writing
 from ..ome import name_of_unit
 from .source import RawSource, Source, as_samples, identity_of, samples_type
@@ -174,8 +174,7 @@ def open_tiff_folder(path: Path) -> Source:
 
 def _placed(source, path, place):
     """A source of TIFF with its place; warns if the files lack some of it."""
-    if "warning" in place:
-        warn(f"{path.name}: {place['warning']}")
+    warn_of_place(path, place)
     if "spacing" in place:
         source.move(spacing=tuple(place["spacing"]), unit=name_of_unit(place["unit"]))
     return source
