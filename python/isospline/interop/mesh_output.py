@@ -201,7 +201,8 @@ def _write_ply(mesh, path):
     if mesh.colors is not None:
         data |= dict(zip(("red", "green", "blue"), np.ascontiguousarray(_srgb_colors(mesh).T)))
     for name, values in _named_values(mesh).items():
-        data[_free_name("_".join(name.split()), PLY_NAMES)] = values  # names in PLY have no spaces
+        word = "_".join(name.split()) or "values"  # names in PLY have no spaces
+        data[_free_name(word, PLY_NAMES)] = values
     output.point_data = data
     meshio.write(path, output, file_format="ply")
 

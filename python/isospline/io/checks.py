@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import math
 import os
@@ -39,6 +40,20 @@ def utf8(path):
     except UnicodeEncodeError:
         raise ValueError("expected a path in UTF-8, which the library that reads the format needs") from None
     return text
+
+
+@contextlib.contextmanager
+def errors_name(file):
+    """Put the name of a broken file, one of a folder, in front of the error message."""
+    try:
+        yield
+    except (MemoryError, ModuleNotFoundError):
+        raise
+    except Exception as error:  # libraries raise many kinds for a broken file
+        if isinstance(error, OSError) and error.filename is not None:
+            raise
+        reason = (str(error).strip().splitlines() or [type(error).__name__])[-1].strip()
+        raise ValueError(f"{os.path.basename(file)}: {reason}") from error
 
 
 def check_samples(shape, dtype, *, mapped=False):

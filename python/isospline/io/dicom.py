@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import isolated
-from .checks import check_file, check_samples
+from .checks import check_file, check_samples, errors_name
 from .confinement import check_folder_within
-from .dicom_frames import errors_name, frames_of, is_directory, read_dataset
+from .dicom_frames import frames_of, is_directory, read_dataset
 from .dicom_pixels import read_samples
 from .dicom_stack import arrange, samples_type
-from .volume_data import VolumeData, read_isolated
+from .told import warn_of_place
+from .volume_data import VolumeData, read_isolated, volume_of
 
 # Suffixes of files that count as slices, even without the preamble of DICOM.
 SUFFIXES = (".dcm", ".dicom", ".ima")
@@ -40,11 +41,22 @@ def read_folder(path, name=None, *, within=None):
     return read_isolated("isospline.io.dicom:load_folder", path, _LIBRARY, name=name)
 
 
+def read_segmentation(path):
+    """The label map of a DICOM segmentation, [z, y, x] or [z, y, x, layer], and what it tells of its segments.
+
+    These are dicts of `number`, `name`, `color` (CIELab, or None) and `layer`. None for other files.
+    """
+    fields = isolated.call("isospline.io.dicom_segments:load_segmentation", path, _LIBRARY)
+    segments = fields.pop("segments", None)
+    return None if segments is None else (volume_of(fields, path), segments)
+
+
 def find_slices(path, name=None):
     """The `Slices` of a series, checked, but not read; None if a file has several, or all."""
     found = isolated.call("isospline.io.dicom:load_slices", path, _LIBRARY, name=name)
     if found is None:
         return None
+    warn_of_place(Path(path), found)
     files = [Path(file) for file in found["files"]]
     return Slices(files, tuple(found["shape"]), np.dtype(found["dtype"]), found["frame"])
 
@@ -67,12 +79,12 @@ def load_folder(path, name):
 
 def load_slices(path, name):
     """`find_slices`, in this process."""
-    frames, place = arrange(_frames_of_series(Path(path), name))
+    frames, place, told = arrange(_frames_of_series(Path(path), name))
     dtype, shape = samples_type(frames), frames[0].size[::-1]
     check_samples((len(frames), *shape), dtype, mapped=True)
     if len(frames) == 1 or any(frame.count > 1 for frame in frames):
         return None
-    return {"files": [frame.file for frame in frames], "shape": shape, "dtype": dtype.str, "frame": place}
+    return {"files": [frame.file for frame in frames], "shape": shape, "dtype": dtype.str, "frame": place, **told}
 
 
 def load_slice(path, dtype):
@@ -85,9 +97,9 @@ def load_slice(path, dtype):
 
 
 def _load(frames):
-    frames, place = arrange(frames)
+    frames, place, told = arrange(frames)
     samples = read_samples(frames, samples_type(frames))
-    return vars(VolumeData(samples, **place, patient=True))
+    return vars(VolumeData(samples, **place, patient=True)) | told
 
 
 def _frames_of_series(folder, name):

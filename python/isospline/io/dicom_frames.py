@@ -6,7 +6,6 @@ C.7.6.16). Functions here run in the reader's process.
 
 from __future__ import annotations
 
-import contextlib
 import mmap
 import os
 from dataclasses import dataclass
@@ -19,6 +18,8 @@ from .checks import check_components, check_samples
 
 _UNDEFINED = 0xFFFFFFFF  # length of an element with an end mark
 _PHOTOMETRIC = ("MONOCHROME1", "MONOCHROME2")
+# The spacing of pixels, in the order of preference; the last one is what ITK writes in files of no modality.
+_SPACINGS = ("PixelSpacing", "ImagerPixelSpacing", "NominalScannedPixelSpacing")
 # What frames without positions may differ by, if they are slices.
 _IN_SPACE = ("GridFrameOffsetVector", "SliceVector", "SliceLocationVector", "PageNumberVector", "FrameLabelVector")
 
@@ -39,11 +40,13 @@ class Frame:
     slope: float
     intercept: float
     spacing: tuple[float, float]
-    thickness: float  # the distance of slices that the file tells, which positions override
+    thickness: float | None  # the distance of slices that the file tells, which positions override
     direction: Any  # (6,) of rows and of columns
     position: Any  # (3,) of the first sample
     is_placed: bool  # whether the file tells the position
-    segment: str  # number and label of the segment of which it is a mask, or empty
+    segment_number: int  # of the segment of which it is a mask, or 0
+    segment: str  # number and label of it, or empty
+    told: tuple[str, ...]  # what the user is to know of its place, for a warning
 
     @property
     def name(self) -> str:
@@ -60,20 +63,6 @@ class Frame:
         if (self.slope, self.intercept) != (1, 0):
             samples = samples * np.float64(self.slope) + np.float64(self.intercept)
         return samples.astype(dtype, copy=False)
-
-
-@contextlib.contextmanager
-def errors_name(file):
-    """Put the name of a broken file in front of the error message."""
-    try:
-        yield
-    except (MemoryError, ModuleNotFoundError):
-        raise
-    except Exception as error:  # pydicom raises many kinds for a broken file
-        if isinstance(error, OSError) and error.filename is not None:
-            raise
-        reason = (str(error).strip().splitlines() or [type(error).__name__])[-1].strip()
-        raise ValueError(f"{os.path.basename(file)}: {reason}") from error
 
 
 class _Mapped(mmap.mmap):
@@ -125,6 +114,7 @@ def frames_of(file, dataset):
     for number, groups in enumerate(_groups_of(dataset, count)):
         slope, intercept = _scaling(dataset, groups)
         direction, position, is_placed, thickness = _place(dataset, groups, number)
+        spacing, spacing_name = _spacing(dataset, groups)
         frames.append(
             Frame(
                 file=str(file),
@@ -138,12 +128,14 @@ def frames_of(file, dataset):
                 photometric=photometric,
                 slope=slope,
                 intercept=intercept,
-                spacing=_spacing(dataset, groups),
+                spacing=spacing,
                 thickness=thickness,
                 direction=direction,
                 position=position,
                 is_placed=is_placed,
+                segment_number=_segment_number(groups) or 0,
                 segment=_segment(dataset, groups),
+                told=_told_of_place(dataset, groups, spacing_name, thickness),
             )
         )
     return frames
@@ -216,17 +208,35 @@ def _scaling(dataset, groups):
 
 
 def _spacing(dataset, groups):
-    for name in ("PixelSpacing", "ImagerPixelSpacing", "NominalScannedPixelSpacing"):
+    """The spacing along x and y, and the attribute that tells it; 1 and an empty name if none does."""
+    for name in _SPACINGS:
         value = _lookup(dataset, groups, "PixelMeasuresSequence", name)
         if value is not None:
             y, x = _numbers(value, name, 2)
-            return float(x), float(y)
-    return 1.0, 1.0
+            return (float(x), float(y)), name
+    return (1.0, 1.0), ""
+
+
+def _told_of_place(dataset, groups, spacing_name, thickness):
+    """What the user is to know: what the file has not, or has for another place."""
+    told, missing = [], [] if spacing_name else ["PixelSpacing"]
+    if spacing_name == "ImagerPixelSpacing":
+        told.append("spacing along x and y is that on the detector, ImagerPixelSpacing, and not in the patient")
+    placed = _lookup_group(groups, "PlanePositionSequence", "ImagePositionPatient")
+    if thickness is None and placed is None and int(dataset.get("NumberOfFrames") or 1) > 1:
+        missing += [] if "GridFrameOffsetVector" in dataset else ["distance of slices"]
+    if missing:
+        told.append(f"the file has no {' and no '.join(missing)}: 1 mm is assumed; say spacing=(x, y, z)")
+    return tuple(told)
+
+
+def _segment_number(groups):
+    return _lookup_group(groups, "SegmentIdentificationSequence", "ReferencedSegmentNumber")
 
 
 def _segment(dataset, groups):
     """The number and the label of the segment of a frame of a segmentation; empty for other frames."""
-    number = _lookup_group(groups, "SegmentIdentificationSequence", "ReferencedSegmentNumber")
+    number = _segment_number(groups)
     if number is None:
         return ""
     described = (each for each in dataset.get("SegmentSequence") or () if each.get("SegmentNumber") == number)
@@ -247,8 +257,10 @@ def _place(dataset, groups, number):
         raise ValueError(f"expected two perpendicular directions as ImageOrientationPatient, got {direction.tolist()}")
     direction = direction / np.repeat(lengths, 3)
 
-    thickness = _lookup(dataset, groups, "PixelMeasuresSequence", "SpacingBetweenSlices")
-    thickness = 1.0 if thickness is None else float(_numbers(thickness, "SpacingBetweenSlices", 1)[0])
+    names = ("SpacingBetweenSlices", "SliceThickness")
+    told = ((name, _lookup(dataset, groups, "PixelMeasuresSequence", name)) for name in names)
+    lengths = (float(_numbers(value, name, 1)[0]) for name, value in told if value is not None)
+    thickness = next((length for length in lengths if length), None)
     position = _lookup_group(groups, "PlanePositionSequence", "ImagePositionPatient")
     if position is not None:
         return direction, _numbers(position, "ImagePositionPatient", 3), True, thickness
@@ -263,11 +275,12 @@ def _place(dataset, groups, number):
 def _offset(dataset, number, thickness):
     """The distance of a frame from the first, along the normal, in a file that has no position of each frame."""
     _check_increments(dataset)
-    offsets = dataset.get("GridFrameOffsetVector")  # of a dose
-    if offsets is None:
-        return number * thickness
-    offsets = _numbers(offsets, "GridFrameOffsetVector", int(dataset.NumberOfFrames))
-    return offsets[number] - offsets[0]
+    for name, unit in (("GridFrameOffsetVector", 1.0), ("SliceVector", thickness or 1.0)):  # of a dose, of a tomogram
+        offsets = dataset.get(name)
+        if offsets is not None:
+            offsets = _numbers(offsets, name, int(dataset.NumberOfFrames))
+            return (offsets[number] - offsets[0]) * unit
+    return number * (thickness or 1.0)
 
 
 def _check_increments(dataset):

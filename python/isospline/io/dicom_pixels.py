@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .checks import check_samples, size_text
-from .dicom_frames import errors_name, read_dataset
+from .checks import check_samples, errors_name, size_text
+from .dicom_frames import read_dataset
 
 _PIXELS = ("PixelData", "FloatPixelData", "DoubleFloatPixelData")
 

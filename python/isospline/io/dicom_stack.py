@@ -10,19 +10,56 @@ TOLERANCE = 0.02
 
 
 def arrange(frames):
-    """Sort frames along their normal, and check that they make a volume; returns them, and the volume's place."""
+    """Sort frames along their normal, and check that they make a volume.
+
+    Returns them, the volume's place, and what is `of_spacing` to tell, if there is something.
+    """
     first = frames[0]
+    _check_one_segment(frames)
     _check_alike(frames)
     normal = first.normal
-    step = normal * (abs(first.thickness) or 1.0)
+    step = normal * abs(first.thickness or 1.0)
     if len(frames) > 1:
         frames = sorted(frames, key=lambda frame: float(frame.position @ normal))
         step = _even_step(frames)
+    return frames, _place(frames[0], step), _told(frames)
+
+
+def grid_of(frames):
+    """The slice of each frame, the number of slices, the volume's place, and what `arrange` tells.
+
+    Several frames may be in a slice, and slices may have none, as in segmentations; their smallest distance is that of
+    slices.
+    """
+    _check_alike(frames)
+    normal = frames[0].normal
+    along = np.array([frame.position @ normal for frame in frames])
+    first, last = frames[int(along.argmin())], frames[int(along.argmax())]
+    gaps = np.diff(np.sort(along))
+    gaps = gaps[gaps > 1e-4 * np.ptp(along)]  # others are between frames of one slice
+    if not len(gaps):
+        return [0] * len(frames), 1, _place(first, normal * abs(first.thickness or 1.0)), _told(frames)
+    count = round(float(np.ptp(along) / gaps.min()))
+    step = (last.position - first.position) / count
+    slices = np.round((along - along.min()) / (step @ normal)).astype(int)
+    positions = np.array([frame.position for frame in frames])
+    off = np.linalg.norm(positions - first.position - slices[:, None] * step, axis=1)
+    if (off > TOLERANCE * np.linalg.norm(step)).any():
+        raise ValueError(f"expected evenly spaced slices, got distances from {gaps.min():g} to {gaps.max():g}")
+    return slices.tolist(), count + 1, _place(first, step), _told(frames)
+
+
+def _place(first, step):
+    """The place of a volume with this first frame, and this vector from one slice to the next."""
     distance = float(np.linalg.norm(step))
     # The third axis runs along the slices' positions; with a tilted gantry, this is not their normal.
     direction = np.stack([first.direction[:3], first.direction[3:], step / distance], axis=1)
-    place = {"spacing": (*first.spacing, distance), "origin": frames[0].position.tolist(), "direction": direction}
-    return frames, place
+    return {"spacing": (*first.spacing, distance), "origin": first.position.tolist(), "direction": direction}
+
+
+def _told(frames):
+    text = "; ".join(dict.fromkeys(told for frame in frames for told in frame.told))
+    return {"of_spacing": text} if text else {}
 
 
 def samples_type(frames):
@@ -46,12 +83,18 @@ def samples_type(frames):
     return np.dtype("f8")
 
 
-def _check_alike(frames):
-    """Check that frames have one segment, size, spacing, direction and photometric interpretation."""
+def _check_one_segment(frames):
+    """Check that frames are masks of one segment, or of none."""
     segments = list(dict.fromkeys(frame.segment for frame in frames))
     if len(segments) > 1:
         names = ", ".join(each or "frames of none" for each in segments)
-        raise ValueError(f"expected a mask of one segment, got {len(segments)}: {names}; export each as its own file")
+        raise ValueError(
+            f"expected a mask of one segment, got {len(segments)}: {names}; Labels.read(path) reads all of them"
+        )
+
+
+def _check_alike(frames):
+    """Check that frames have one size, spacing, direction and photometric interpretation."""
     for what in ("size", "spacing", "direction"):
         values = np.array([getattr(frame, what) for frame in frames])
         differ = ~np.isclose(values, values[0], rtol=1e-4, atol=1e-4).all(axis=1)

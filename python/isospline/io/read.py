@@ -19,6 +19,7 @@ from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
 from .confinement import check_within
 from .folders import tiff_slices
+from .told import spacing_given
 from .volume_data import VolumeData
 
 #: Formats by the suffix of the file name: name, reader, and which options of `read_volume` the reader accepts.
@@ -118,8 +119,10 @@ def read_volume(
     Warns
     -----
     UserWarning
-        If neighbouring slices of a raw file differ so much that the shape is probably wrong, and if an OME-TIFF file
-        has no spacing along z.
+        If neighbouring slices of a raw file differ so much that the shape is probably wrong, and if numbers are missing
+        in the names of TIFF slices. Without `spacing`, also if DICOM has no spacing of pixels, or that of a detector,
+        or neither positions nor a distance of frames; and if TIFF of OME, or slices of ImageJ, have no spacing along z,
+        or other TIFF has resolution tags, which are not used.
 
     Raises
     ------
@@ -150,7 +153,8 @@ def read_volume(
     check_within(path, within, "a path")
     format, read = _reader(path, shape, dtype, offset, {"name": name, "within": within})
     with errors_name(path, format):
-        volume = read(path)
+        with spacing_given(spacing):
+            volume = read(path)
         volume = volume.replace(format=volume.format or format)
         volume = volume.replace(**{field: value for field, value in given.items() if value is not None})
         if nan is not None and volume.data.dtype.kind == "f":

@@ -14,21 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.parameters import printable
 from . import isolated
-from .checks import check_components, check_file, check_samples
+from .checks import check_components, check_file, check_samples, errors_name
 from .confinement import check_within
+from .tiff_metadata import calibrated, calibration_of, is_transposed, is_upright, place_of, upright
 from .volume_data import VolumeData, read_isolated
 
 SUFFIXES = (".tif", ".tiff")
 #: The packages that are needed, imported once by the server of processes.
 LIBRARIES = "tifffile imagecodecs"
-
-# Names of units in ImageJ, and units of length in metres.
-_UNITS = {"micron": "µm", "microns": "µm", "um": "µm", "\\u00B5m": "µm", "pixel": "", "pixels": ""}
-_LENGTHS = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
-# The numbers of coefficients of ImageJ's calibration functions of samples that are polynomials, by their codes (its
-# class Calibration), and the code of none.
-_POLYNOMIALS, _UNCALIBRATED = {0: 2, 1: 3, 2: 4, 3: 5}, 20
 
 # tifffile's letters for the axes of a volume; I and Q are pages of which the file tells no more.
 _SPACE = "XYZIQ"
@@ -40,8 +35,8 @@ _TAG_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4
 def read_file(path, *, within=None):
     """Read a file of several pages.
 
-    Spacing comes from ImageJ's and OME's metadata. The resolution tags of a plain TIFF file are ignored: they do not
-    include z, and are often a default of a scanner or a program.
+    Spacing comes from ImageJ's and OME's metadata. The resolution tags of a plain TIFF file are not used: they do not
+    include z, and are often a default of a scanner or a program. If they are not, a warning tells them.
     """
     return read_isolated(
         "isospline.io.tiff:load_file", path, LIBRARIES, readable=isolated.referenced(within), within=_text(within)
@@ -49,8 +44,13 @@ def read_file(path, *, within=None):
 
 
 def read_folder(path, *, within=None):
-    """Read a folder of files of one page each, in the order of the numbers in their names."""
+    """Read a folder of files of one page each, sorted by the numbers in their names; spacing as in `read_file`."""
     return read_isolated("isospline.io.tiff:load_folder", path, LIBRARIES, within=_text(within))
+
+
+def find_slices(path):
+    """The slices of a folder, checked, but not read: a dict of `files`, `shape` and `dtype` of each, and `place`."""
+    return isolated.call("isospline.io.tiff:load_slices", path, LIBRARIES)
 
 
 def read_slice(path):
@@ -76,20 +76,19 @@ def load_file(path, within=None):
     """`read_file`, in this process."""
     with _opened_series(Path(path), within) as (file, series):
         check_samples(series.shape, series.dtype)
-        samples = _calibrated(series.asarray(), _calibration_of(file))
-        return vars(VolumeData(samples)) | place_of(file)  # and its warning, if it has one
+        return vars(VolumeData(_values_of(series, file))) | place_of(file)
 
 
 def load_layout(path):
     """`read_layout`, in this process."""
     with _opened_series(Path(path)) as (file, series):
-        calibration = _calibration_of(file)
+        calibration = calibration_of(file)
         return {
-            "shape": series.shape,
-            "dtype": _calibrated(np.zeros(1, series.dtype), calibration).dtype.str,
+            "shape": _shape_of(series, file),
+            "dtype": calibrated(np.zeros(1, series.dtype), calibration).dtype.str,
             "stored": series.dtype.newbyteorder(file.byteorder).str,
             "place": place_of(file),
-            "begin": series.dataoffset if calibration is None else None,
+            "begin": series.dataoffset if calibration is None and is_upright(file) else None,
             "pages": len(series.pages),
         }
 
@@ -97,13 +96,24 @@ def load_layout(path):
 def load_pages(path, first, last):
     """`read_pages`, in this process."""
     with _opened_series(Path(path)) as (file, series):
-        pages, calibration = [], _calibration_of(file)
+        pages = []
         for number in range(first, last):
             try:
-                pages.append(_calibrated(series.pages[number].asarray(), calibration))
+                pages.append(_values_of(series.pages[number], file))
             except Exception as error:
                 raise ValueError(f"page {number}: {error}") from error
         return pages
+
+
+def _values_of(pages, file):
+    """The values of a series, or of a page: upright and calibrated."""
+    return upright(calibrated(pages.asarray(), calibration_of(file)), file)
+
+
+def _shape_of(series, file):
+    """The shape of its values."""
+    *others, height, width = series.shape
+    return (*others, width, height) if is_transposed(file) else series.shape
 
 
 @contextlib.contextmanager
@@ -149,41 +159,100 @@ def load_folder(path, within):
     files = slices_of(Path(path))
     for file in files:
         check_within(file, within)
+    slices = []
     data: NDArray[Any] = np.empty(0)
-    for index, file in enumerate(files):
-        samples = load_slice(file, within)
-        if index == 0:
-            check_samples((len(files), *samples.shape), samples.dtype)
-            data = np.empty((len(files), *samples.shape), samples.dtype)
-        if (samples.shape, samples.dtype) != (data.shape[1:], data.dtype):
-            raise ValueError(
-                f"expected slices like the first one, {data.shape[1:]} {data.dtype}, "
-                f"got {samples.shape} {samples.dtype} in {file.name}"
-            )
-        data[index] = samples
-    return vars(VolumeData(data))
+    for index, path in enumerate(files):
+        with _opened_slice(path, within) as (file, series):
+            slices.append(_header_of(series, file))
+            _check_like(slices[0], slices[-1])
+            if index == 0:
+                check_samples((len(files), *slices[0]["shape"]), slices[0]["dtype"])
+                data = np.empty((len(files), *slices[0]["shape"]), slices[0]["dtype"])
+            data[index] = _values_of(series, file)
+    return vars(VolumeData(data)) | _place_of_slices(files, slices)
 
 
-def load_slice(path, within=None):
+def load_slices(path):
+    """`find_slices`, in this process."""
+    files, slices = slices_of(Path(path)), []
+    for path in files:
+        with _opened_slice(path) as (file, series):
+            slices.append(_header_of(series, file))
+            _check_like(slices[0], slices[-1])
+    return {"files": list(map(str, files)), **slices[0], "place": _place_of_slices(files, slices)}
+
+
+def load_slice(path):
     """`read_slice`, in this process."""
-    path = Path(path)
+    with _opened_slice(Path(path)) as (file, series):
+        return _values_of(series, file)
+
+
+@contextlib.contextmanager
+def _opened_slice(path, within=None):
+    """A tifffile file and its only page, after checks; errors name the file."""
     check_file(path)
-    with _opened(path, within) as file:
+    with errors_name(path), _opened(path, within) as file:
         series = file.series[0]
         _check_axes(series)
         if len(series.shape) != 2:
-            raise ValueError(f"expected slices of one page each, got shape {series.shape} in {path.name}")
+            raise ValueError(f"expected slices of one page each, got shape {series.shape}")
         check_samples((1, *series.shape), series.dtype)
-        return _calibrated(series.asarray(), _calibration_of(file))
+        yield file, series
+
+
+def _header_of(series, file):
+    """Shape, type and place of a slice."""
+    dtype = calibrated(np.zeros(1, series.dtype), calibration_of(file)).dtype
+    return {"shape": _shape_of(series, file), "dtype": dtype.str, "place": place_of(file)}
+
+
+def _check_like(first, other):
+    """Check that a slice is like the first one."""
+    kinds = [f"{each['shape']} {np.dtype(each['dtype'])}" for each in (first, other)]
+    if kinds[0] != kinds[1]:
+        raise ValueError(f"expected slices like the first one, {kinds[0]}, got {kinds[1]}")
+    spacing, own = (each["place"].get("spacing", (1.0, 1.0, 1.0)) for each in (first, other))
+    unit, own_unit = (each["place"].get("unit", "") for each in (first, other))
+    if unit != own_unit or not np.allclose(spacing, own, rtol=1e-4, atol=0):
+        raise ValueError(
+            f"expected slices with the spacing of the first one, {spacing} {unit or '(no unit)'}, "
+            f"got {own} {own_unit or '(no unit)'}"
+        )
+
+
+def _place_of_slices(files, slices):
+    """The place of the first slice, and a ``warning`` of gaps."""
+    return slices[0]["place"] | {"warning": _told_of_gaps(files)}
+
+
+def _told_of_gaps(files):
+    """What is uneven in the numbers of files whose names differ by one number; empty for none."""
+    names = [_words(file.stem) for file in files]
+    if len({len(name) for name in names}) > 1:
+        return ""
+    columns = [column for column in zip(*names) if len(set(column)) > 1]
+    if len(columns) != 1 or isinstance(columns[0][0], str):
+        return ""
+    steps = [after - before for before, after in zip(columns[0], columns[0][1:])]
+    usual = sorted(steps)[len(steps) // 2]
+    gaps = [number for number, step in enumerate(steps) if step != usual]
+    if not gaps:
+        return ""
+    more = f", and {len(gaps) - 1} more such gaps" if len(gaps) > 1 else ""
+    before, after = (printable(files[gaps[0] + number].name) for number in (0, 1))
+    return f"{after} follows {before}{more}: are slices missing?"
 
 
 def slices_of(folder):
     """The TIFF files in a folder, slice2 before slice10."""
     files = [file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES and not file.name.startswith(".")]
-    return sorted(
-        files,
-        key=lambda file: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name.lower())],
-    )
+    return sorted(files, key=lambda file: _words(file.name))
+
+
+def _words(name):
+    """The words of a name and the numbers between them."""
+    return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name.lower())]
 
 
 def _text(path):
@@ -198,71 +267,6 @@ def _check_axes(series):
         elif axis not in _SPACE and count != 1:
             times = " (a time series)" if axis == "T" else ""
             raise ValueError(f"expected one item along axis {axis}, got {count}{times}")
-
-
-def place_of(file):
-    """Spacing and unit from ImageJ's or OME's metadata; ones without a unit if these do not calibrate x and y.
-
-    A missing spacing along z is 1 in ImageJ, which does not write it then (ij/io/FileSaver.java). OME leaves it open:
-    then there is a ``warning``, too.
-    """
-    warning: dict[str, str] = {}
-    if file.is_imagej:
-        metadata, tags = file.imagej_metadata, file.pages[0].tags
-        names = [str(metadata.get(name, metadata.get("unit", ""))) for name in ("unit", "yunit", "zunit")]
-        # Pixels per inch without a spacing are a printer's resolution, which ImageJ takes from any TIFF file.
-        if "spacing" not in metadata and _UNITS.get(names[0], names[0]) in ("", "inch"):
-            return {}
-        resolution = [tags[name].value if name in tags else (0, 1) for name in ("XResolution", "YResolution")]
-        spacing = [bottom / top if top else 0.0 for top, bottom in resolution]
-        spacing.append(abs(float(metadata.get("spacing", 1))))
-    elif file.is_ome:
-        elements = xml.etree.ElementTree.fromstring(file.ome_metadata).iter()
-        pixels: Any = next((element for element in elements if element.tag.endswith("}Pixels")), {})
-        spacing = [float(pixels.get(f"PhysicalSize{axis}", 0)) for axis in "XYZ"]
-        names = [pixels.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"]
-        if min(spacing[:2]) > 0 and spacing[2] == 0:
-            spacing[2], names[2] = 1.0, names[0]
-            warning = {"warning": f"the file has no spacing along z: 1 {names[0]} is assumed; say spacing=(x, y, z)"}
-    else:
-        return {}
-    if not min(spacing) > 0:
-        return {}
-    units = [_UNITS.get(name, name) for name in names]
-    if len(set(units)) > 1:
-        if not set(units) <= set(_LENGTHS):
-            raise ValueError(f"expected units of length along x, y and z, got {', '.join(names)}")
-        spacing = [value * _LENGTHS[unit] / _LENGTHS[units[0]] for value, unit in zip(spacing, units)]
-        spacing = [float(f"{value:.12g}") for value in spacing]  # without the rounding of the factors
-    return {"spacing": tuple(spacing), "unit": units[0], **warning}
-
-
-def _calibration_of(file):
-    """The coefficients of ImageJ's polynomial from stored samples to values, or None."""
-    metadata = file.imagej_metadata if file.is_imagej else {}
-    function = int(metadata.get("cf", _UNCALIBRATED))
-    if function == _UNCALIBRATED:
-        return None
-    if function not in _POLYNOMIALS:
-        raise ValueError(f"expected samples that are calibrated by a polynomial, got ImageJ's function {function}")
-    coefficients = [float(metadata.get(f"c{power}", 0)) for power in range(_POLYNOMIALS[function])]
-    if not np.isfinite(coefficients).all():
-        raise ValueError(f"expected finite coefficients of the calibration of samples, got {coefficients}")
-    return None if coefficients == [0, 1] else coefficients
-
-
-def _calibrated(samples, coefficients):
-    """The values of stored samples: integers if these are only moved, and real numbers otherwise."""
-    if coefficients is None:
-        return samples
-    move, *others = coefficients
-    if samples.dtype.kind in "iu" and others == [1] and move.is_integer() and abs(move) < 2**31:
-        limits = np.iinfo(samples.dtype)
-        kinds = (kind for kind in (np.int8, np.int16, np.int32, np.int64) if np.iinfo(kind).min <= limits.min + move)
-        kind = next(kind for kind in kinds if limits.max + move <= np.iinfo(kind).max)
-        return (samples.astype(np.int64) + int(move)).astype(kind)
-    values = np.polynomial.polynomial.polyval(samples.astype(np.float64), coefficients)
-    return values.astype(np.float32 if samples.dtype.itemsize <= 2 else np.float64)
 
 
 def _check_pages(path):

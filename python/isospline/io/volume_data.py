@@ -14,9 +14,9 @@ from ..base.handed import known
 from ..base.parameters import check_plain, describe_not_finite
 from ..base.shown import Shown
 from ..base.signatures import explained_methods
-from ..base.system import warn
 from . import isolated
 from .label_map import warn_of_labels
+from .told import warn_of_place
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -196,8 +196,11 @@ class VolumeData(Shown):
 
 def read_isolated(function: str, path: Path, libraries: str, **arguments: Any) -> VolumeData:
     """The `VolumeData` with the attributes that a function returns, called in a process of its own."""
-    fields = isolated.call(function, path, libraries, **arguments)
-    if "warning" in fields:
-        warn(f"{path.name}: {fields.pop('warning')}")
+    return volume_of(isolated.call(function, path, libraries, **arguments), path)
+
+
+def volume_of(fields: dict[str, Any], path: Path) -> VolumeData:
+    """The `VolumeData` with these attributes, after warnings that are among them."""
+    warn_of_place(path, fields)
     place = {name: tuple(fields[name]) for name in ("spacing", "origin")}
     return VolumeData(**{**fields, **place})

@@ -95,7 +95,8 @@ class Labels:
         """Read a label map from any format of `read_volume`.
 
         Names and colours are those of the file: of the segments in a ``.seg.nrrd`` of 3D Slicer, also of overlapping
-        ones in several layers, and of the table of labels in a NIfTI file of TotalSegmentator.
+        ones in several layers, of those in a DICOM segmentation, and of the table of labels in a NIfTI file of
+        TotalSegmentator.
 
         Parameters
         ----------

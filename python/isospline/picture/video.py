@@ -19,10 +19,14 @@ from ..base.system import child_environment, uninterrupted, whole_file
 from .image import Image
 from .pixels import over_black, row_bands
 
-# FFmpeg's options for files of each kind. Colours of BT.709 are declared in the file: otherwise players guess.
-_MP4 = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-vf", "scale=out_color_matrix=bt709"]
-_MP4 += ["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"]
-_MP4 += ["-movflags", "+faststart", "-f", "mp4"]
+# FFmpeg's options for files of each kind. Colours of BT.709 are declared in the file: otherwise players guess. New
+# versions take the declaration from the images, which the filter setparams labels, old ones from options.
+_BT709 = {"colorspace": "bt709", "color_primaries": "bt709", "color_trc": "bt709"}
+_LABELS = ":".join(f"{name}={value}" for name, value in _BT709.items())
+_MP4 = ["-c:v", "libx264", "-profile:v", "high", "-pix_fmt", "yuv420p"]
+_MP4 += ["-vf", f"scale=out_color_matrix=bt709,setparams={_LABELS}"]
+_MP4 += [word for name, value in _BT709.items() for word in (f"-{name}", value)]
+_MP4 += ["-movflags", "+faststart+write_colr", "-f", "mp4"]
 # A palette for each image, so that no image is kept; a regular pattern of dots, which does not flicker.
 _PALETTES = "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=bayer:bayer_scale=4"
 _GIF = ["-filter_complex", _PALETTES, "-loop", "0", "-f", "gif"]
@@ -92,7 +96,8 @@ def encode(path: str | os.PathLike[str], images: Iterable[Any], *, fps: float, q
     width, height = first.size
     encoder = check(path, (width, height), fps)
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps), "-i", "-"]
-    options = _GIF if os.fspath(path).lower().endswith(".gif") else [*_MP4, "-crf", str(round(51 * (1 - quality / 10)))]
+    loss = max(1, round(51 * (1 - quality / 10)))  # 0 is lossless, which the profile High has not, nor many players
+    options = _GIF if os.fspath(path).lower().endswith(".gif") else [*_MP4, "-crf", str(loss)]
     command = [encoder, "-y", "-v", "error", *source, *options]
     with whole_file(path) as temporary, tempfile.TemporaryFile() as complaints:
         process = None

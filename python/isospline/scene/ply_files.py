@@ -89,7 +89,8 @@ def _header(file):
         line = file.readline(_LINE_LIMIT)
         if not line or len(lines) > _LINES_LIMIT:
             raise ValueError("expected a header that ends with end_header")
-        lines.append(line.decode("latin-1").split())
+        # Latin-1 would take parts of letters in UTF-8 for blanks, so that the words are parted first.
+        lines.append([_decoded(word) for word in line.split()])
     kinds = [line[1] for line in lines if line[:1] == ["format"] and line[2:] == ["1.0"]]
     if lines[0] != ["ply"] or len(kinds) != 1 or kinds[0] not in _ORDERS:
         raise ValueError(f"expected a header with ply and a format of {', '.join(_ORDERS)} 1.0")
@@ -104,6 +105,14 @@ def _header(file):
                 raise ValueError("expected an element before its properties")
             elements[-1].properties.append(_property(line, _ORDERS[kinds[0]]))
     return kinds[0] == "ascii", elements
+
+
+def _decoded(word):
+    """A word in UTF-8, as today's programs write it, or else in Latin-1."""
+    try:
+        return word.decode()
+    except UnicodeDecodeError:
+        return word.decode("latin-1")
 
 
 def _property(line, order):

@@ -14,6 +14,7 @@ from ..base.parameters import check_count, check_type
 from ..base.progress import as_callable, part_of
 from ..base.signatures import explained
 from ..io.read import check_frame, check_nan
+from ..io.told import spacing_given
 from . import series
 from .budget import parse_memory
 from .conversion import Conversion, check_apart, check_out, clear
@@ -164,7 +165,8 @@ def convert(
 
     steps = series.steps_of(source, axes, reading)
     if steps is None:
-        opened = open_source(source, axes, reading)
+        with spacing_given(spacing):
+            opened = open_source(source, axes, reading)
         root = check_out(out)
         check_apart(root, opened)
         convert(opened, root, report, overwrite=bool(overwrite))
@@ -172,11 +174,14 @@ def convert(
     root = check_out(out)
     if overwrite and root.exists():
         for open_step in steps:  # an error must come before the old store is lost
-            check_apart(root, open_step())
+            with spacing_given(spacing):
+                check_apart(root, open_step())
         clear(root)
     options = modelled | {"chunk": int(chunk), "image": bool(image)}
     options |= {field: np.asarray(value, float).tolist() for field, value in given.items()}
     for number, (step, open_step) in enumerate(zip(series.begin(root, len(steps), options), steps)):
-        convert(open_step(), step, part_of(report, number, len(steps)), is_step=True)
+        with spacing_given(spacing):
+            opened = open_step()
+        convert(opened, step, part_of(report, number, len(steps)), is_step=True)
     series.finish(root, len(steps), options)
     return root

@@ -71,7 +71,8 @@ def test_values_survive_libraries(mesh, name):
 
 
 @pytest.mark.parametrize(
-    ("given", "written"), [("temperature", "temperature"), ("two words", "two_words"), ("x", None)]
+    ("given", "written"),
+    [("temperature", "temperature"), ("two words", "two_words"), ("x", None), ("à", "à"), (" \t", "values")],
 )
 def test_values_survive_ply(tmp_path, given, written):
     pytest.importorskip("trimesh")

@@ -113,6 +113,13 @@ def test_ascii_ply_has_lists_of_textures_and_colors_of_any_type(tmp_path):
             read(tmp_path, "a.ply", wrong)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_ply_has_names_of_any_letters(tmp_path, encoding):
+    for name in ("été", "à", "Å"):  # bytes of the last two in UTF-8 are blanks or controls in Latin-1
+        text = ply_header(5, 1, vertex=f"property float {name}\n") + rows((*point, 7) for point in ARROW) + "3 0 1 2\n"
+        assert read(tmp_path, "a.ply", text.encode(encoding)).values_name == name
+
+
 @pytest.mark.parametrize("red, blue", [("255 0 0 255", "0 0 255"), ("1.0 0 0", "0 0 1 1"), ("1 0 0", "0 0 1")])
 def test_colors_and_normals_of_off_are_read(tmp_path, red, blue):
     faces = "3 0 1 2 0 255 0\n2 0 1\n"

@@ -1,5 +1,7 @@
 """Slices and frames of DICOM: their order, place and scaling, against pydicom and NumPy in float64."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -320,12 +322,66 @@ def test_doses_and_emission_tomograms_tell_the_place_of_the_first_frame(tmp_path
 
 
 @pytest.mark.parametrize(
+    ("told", "spacing", "warning"),
+    [
+        ({"PixelSpacing": [0.5, 0.25], "SliceThickness": 3}, (0.25, 0.5, 3), None),
+        ({"PixelSpacing": [0.5, 0.25], "SliceThickness": 3, "SpacingBetweenSlices": 2}, (0.25, 0.5, 2), None),
+        ({"PixelSpacing": [0.5, 0.25], "SliceThickness": 3, "SpacingBetweenSlices": 0}, (0.25, 0.5, 3), None),
+        ({"NominalScannedPixelSpacing": [0.5, 0.25], "SliceThickness": 3}, (0.25, 0.5, 3), None),
+        ({"PixelSpacing": [0.5, 0.25]}, (0.25, 0.5, 1), "no distance of slices: 1 mm is assumed; say spacing="),
+        ({"SliceThickness": 3}, (1, 1, 3), "the file has no PixelSpacing: 1 mm is assumed"),
+        ({}, (1, 1, 1), "the file has no PixelSpacing and no distance of slices: 1 mm is assumed"),
+        (
+            {"ImagerPixelSpacing": [0.5, 0.25], "SliceThickness": 3},
+            (0.25, 0.5, 3),
+            ".* that on the detector",
+        ),
+    ],
+)
+def test_frames_without_positions_have_the_distances_that_the_file_tells(tmp_path, data, told, spacing, warning):
+    dicomwrappers = pytest.importorskip("nibabel.nicom.dicomwrappers")
+    path = save(image(data, uid.NuclearMedicineImageStorage, NumberOfFrames=5, **told), tmp_path / "a.dcm")
+    with pytest.warns(match=rf"^a\.dcm: .*{warning}") if warning else contextlib.nullcontext():
+        volume = read_volume(path)
+    assert volume.spacing == spacing
+    assert read_volume(path, spacing=2).spacing == (2, 2, 2)  # without a warning
+    np.testing.assert_allclose(volume.position((0, 0, 4)), (0, 0, 4 * spacing[2]))
+    if "PixelSpacing" in told and "SpacingBetweenSlices" not in told:
+        expected = dicomwrappers.wrapper_from_data(pydicom.dcmread(path)).voxel_sizes
+        np.testing.assert_allclose(volume.spacing, [float(expected[axis]) for axis in (1, 0, 2)])
+
+
+def test_a_series_without_a_spacing_of_pixels_says_so(tmp_path, data):
+    path = write_series(tmp_path / "series", data, 5 * [(1, 0)])
+    for file in path.iterdir():
+        dataset = pydicom.dcmread(file)
+        del dataset.PixelSpacing
+        save(dataset, file)
+    for read in (read_volume, lambda path: staged(path, tmp_path)[1]):
+        with pytest.warns(match=r"^series: the file has no PixelSpacing: 1 mm is assumed; say") as caught:
+            assert tuple(read(path).spacing) == (1, 1, 2)
+        assert len(caught) == 1
+
+
+def test_frames_of_a_tomogram_are_where_their_slice_numbers_say(tmp_path, data):
+    place = {"ImagePositionPatient": ORIGIN.tolist(), "ImageOrientationPatient": [1, 0, 0, 0, 1, 0]}
+    emission = image(data, uid.NuclearMedicineImageStorage, NumberOfFrames=5, PixelSpacing=[0.5, 0.25],
+                     SpacingBetweenSlices=2, SliceVector=[3, 5, 1, 4, 2], FrameIncrementPointer=0x00540080,
+                     DetectorInformationSequence=[item(**place)])  # fmt: skip
+    expected = data[[2, 4, 0, 3, 1]]
+    check(save(emission, tmp_path / "a.dcm"), expected, tmp_path, "i2", positions(2.0 * np.arange(-2, 3)))
+    emission.SliceVector = [1, 2, 3, 5, 6]
+    check_refused(save(emission, tmp_path / "b.dcm"), "evenly spaced slices, got distances from 2 to 4", tmp_path)
+
+
+@pytest.mark.parametrize(
     "names",
     [["FrameTime"], ["FrameTimeVector"], ["PhaseVector", "TimeSliceVector"], ["DetectorVector", "AngularViewVector"],
      ["TimeSlotVector", "SliceVector"], ["RotationVector"]],
 )  # fmt: skip
 def test_frames_along_time_or_angles_are_refused(tmp_path, data, names):
-    frames = image(data, uid.UltrasoundMultiFrameImageStorage, NumberOfFrames=5, FrameTime=33, DetectorVector=5 * [1])
+    known = dict(PixelSpacing=[0.5, 0.25], SpacingBetweenSlices=2, FrameTime=33, DetectorVector=5 * [1])
+    frames = image(data, uid.UltrasoundMultiFrameImageStorage, NumberOfFrames=5, **known)
     tags = [pydicom.datadict.tag_for_keyword(name) for name in names]
     frames.FrameIncrementPointer = tags if len(tags) > 1 else tags[0]
     changing = next(name for name in names if name not in ("DetectorVector", "SliceVector"))
@@ -336,23 +392,86 @@ def test_frames_along_time_or_angles_are_refused(tmp_path, data, names):
         np.testing.assert_array_equal(read_volume(save(frames, tmp_path / "b.dcm")).data, data)
 
 
-def test_masks_of_several_segments_are_refused(tmp_path, data):
-    mask = data % 2
-    path = write_frames(tmp_path / "a.dcm", mask, positions(2.0 * np.arange(5)), dtype="u1")
+def write_segments(path, frames, kind="BINARY", names=("liver", "spleen", ""), **attributes):
+    """A segmentation of masks, each with its segment and slice."""
+    samples = np.stack([mask for mask, _, _ in frames]).astype("u1")
+    write_frames(path, samples, positions([2.0 * k for _, _, k in frames]), dtype="u1", **attributes)
     dataset = pydicom.dcmread(path)
+    dataset.SegmentationType = kind
     dataset.SegmentSequence = [
-        item(SegmentNumber=1, SegmentLabel="liver"),
-        item(SegmentNumber=2, SegmentLabel="spleen"),
+        item(SegmentNumber=number, **({"SegmentLabel": name} if name else {})) for number, name in enumerate(names, 1)
     ]
-    for numbers in ([2, 2, 2, 2, 2], [1, 1, 1, 2, 2]):
-        for group, number in zip(dataset.PerFrameFunctionalGroupsSequence, numbers):
+    # As highdicom writes the colour (200, 30, 60) in sRGB.
+    dataset.SegmentSequence[0].RecommendedDisplayCIELabValue = [28545, 49362, 40212]
+    for group, (_, number, _) in zip(dataset.PerFrameFunctionalGroupsSequence, frames):
+        if number:
             group.SegmentIdentificationSequence = [item(ReferencedSegmentNumber=number)]
-        save(dataset, path)
-        if numbers[0] == 2:
-            np.testing.assert_array_equal(read_volume(path).data, mask)
-    check_refused(path, r"expected a mask of one segment, got 2: 1 \(liver\), 2 \(spleen\)", tmp_path)
-    with pytest.raises(ValueError, match="one segment, got 2"):
-        Labels.read(path)
+    return save(dataset, path)
+
+
+def frames_of_segments(masks, first=0):
+    """Frames in no order, without those that are empty."""
+    frames = [
+        (plane, number, k) for number, mask in masks.items() for k, plane in enumerate(mask, first) if plane.any()
+    ]
+    return frames[::-2] + frames[-2::-2]
+
+
+def test_segments_of_a_segmentation_are_labels(tmp_path):
+    z, y, x = np.mgrid[:8, :6, :7]
+    labels = np.select([(z < 3) & (x < 4), (z > 4) & (y > 2), (z == 2) & (x > 4)], [1, 2, 3])
+    path = write_segments(tmp_path / "a.dcm", frames_of_segments({n: labels == n for n in (1, 2, 3)}))
+    found = Labels.read(path)
+    np.testing.assert_array_equal(found.data, labels)  # two slices in the middle have no frame
+    assert found.names == ("liver", "spleen", "Segment 3") and found.numbers == (1, 2, 3) and found.data.dtype == "u1"
+    np.testing.assert_allclose(255 * found.colors[0], (200, 30, 60), atol=0.5)
+    assert (
+        found.frame["patient"] and found.frame["spacing"] == (0.25, 0.5, 2) and found.frame["origin"] == tuple(ORIGIN)
+    )
+    assert Labels.read(path, spacing=3, names={3: "cyst"}).frame["spacing"] == (3, 3, 3)
+    message = r"mask of one segment, got 3: 3, 2 \(spleen\), 1 \(liver\); Labels\.read\(path\) reads all of them"
+    check_refused(path, message, tmp_path)
+    path = write_segments(tmp_path / "b.dcm", frames_of_segments({2: labels == 2}, first=-5))
+    np.testing.assert_array_equal(Labels.read(path).mask("spleen"), labels[5:] == 2)
+    np.testing.assert_array_equal(read_volume(path).data, labels[5:] == 2)
+
+
+def test_segments_that_overlap_are_in_layers(tmp_path):
+    z, y, x = np.mgrid[:4, :6, :7]
+    masks = {1: (z < 3) & (x < 4), 2: (z > 1) & (y > 2), 3: (z == 0) & (x > 4)}
+    found = Labels.read(write_segments(tmp_path / "a.dcm", frames_of_segments(masks)))
+    assert found.data.shape == (2, 4, 6, 7)
+    for number, mask in masks.items():
+        np.testing.assert_array_equal(found.mask(number), mask)
+
+
+def test_label_maps_of_dicom_have_the_names_of_their_segments(tmp_path, data):
+    labels = data % 3
+    frames = [(plane, 0, k) for k, plane in enumerate(labels)]
+    path = write_segments(tmp_path / "a.dcm", frames, "LABELMAP")
+    dataset = pydicom.dcmread(path)
+    dataset.SegmentSequence.insert(0, item(SegmentNumber=0, SegmentLabel="Background"))
+    found = Labels.read(save(dataset, path))
+    np.testing.assert_array_equal(found.data, labels)
+    assert found.names == ("liver", "spleen")
+
+
+def test_segmentations_that_are_no_label_maps_are_refused(tmp_path, data):
+    mask = data % 2
+    twice = [(mask[0], 1, 0), (mask[1], 1, 0), (mask[2], 1, 1)]
+    for frames, kind, message in (
+        ([(mask[0], 1, 0)], "FRACTIONAL", "segments of the type BINARY or LABELMAP, got FRACTIONAL"),
+        (twice, "BINARY", "one frame a slice of segment 1, got several"),
+        (twice, "LABELMAP", "one frame a slice, got several"),
+        ([(mask[0], 0, 0), (mask[1], 0, 1)], "BINARY", r"frames of segments from 1 on, got a\.dcm \(frame 1\) of 0"),
+        ([(mask[0], 1, 0), (mask[1], 1, 1), (mask[2], 1, 2.5)], "BINARY", "evenly spaced slices, got distances from 2"),
+    ):
+        with pytest.raises(ValueError, match=rf"a\.dcm: cannot be read as DICOM: expected {message}"):
+            Labels.read(write_segments(tmp_path / "a.dcm", frames, kind))
+    with pytest.raises(ValueError, match=r"name: expected none for .*a\.dcm"):
+        Labels.read(tmp_path / "a.dcm", name="1")
+    path = write_series(tmp_path / "series", data % 3, 5 * [(1, 0)]) / "0.dcm"  # no segmentation
+    np.testing.assert_array_equal(Labels.read(path).data, data[:1] % 3)
 
 
 # Compressed samples
@@ -420,7 +539,8 @@ def test_slices_that_gdcm_compressed(tmp_path, rng, compressor, dtype):
 def test_files_of_pydicom_are_read_as_by_gdcm(name):
     path = get_testdata_file(f"{name}.dcm", download=False)
     expected = SimpleITK.ReadImage(path)
-    volume = read_volume(path)
+    with pytest.warns(match="no PixelSpacing") if name == "JPEGLSNearLossless_08" else contextlib.nullcontext():
+        volume = read_volume(path)
     np.testing.assert_array_equal(volume.data, SimpleITK.GetArrayFromImage(expected))
     # Old versions of GDCM read no spacing of nuclear medicine.
     spacing = pydicom.dcmread(path).get("PixelSpacing", (1.0, 1.0))

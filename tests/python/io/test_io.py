@@ -1,8 +1,11 @@
 """Reading volumes from files of independent writers. The oracle is their own position of a sample."""
 
+import contextlib
 import re
 import subprocess
 import sys
+import tempfile
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -312,6 +315,114 @@ def test_tiff_of_ome_has_a_spacing(tmp_path, data):
     sizes = {f"PhysicalSize{axis}": size for axis, size in zip("XYZ", (0.5, 0.75, 2.5))}
     tifffile.imwrite(tmp_path / "a.ome.tif", data, ome=True, metadata={"axes": "ZYX", **sizes})
     assert read_volume(tmp_path / "a.ome.tif").spacing == (0.5, 0.75, 2.5)
+
+
+def read_both(path):
+    """A volume, and the source of `convert`, which has the same samples and place, and their warnings."""
+    from isospline.store.sources.opening import open_source
+
+    found, told = [], []
+    for read in (read_volume, lambda path: open_source(path, "zyx", dict(shape=None, dtype=None, offset=0, name=None))):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found.append(read(path))
+        told.append([str(each.message) for each in caught])
+    volume, source = found
+    with tempfile.TemporaryDirectory() as folder:
+        samples = source.stage(Path(folder) / "staged", lambda fraction: None).read([(0, n) for n in source.shape])
+    np.testing.assert_array_equal(samples, volume.data)
+    assert source.spacing == volume.spacing and told[0] == told[1]
+    return volume, told[0]
+
+
+def test_tiff_has_its_first_row_where_the_tag_orientation_says(tmp_path, rng):
+    pillow = pytest.importorskip("PIL.Image")
+    operations = pytest.importorskip("PIL.ImageOps")
+    stored = rng.integers(0, 255, (3, 4, 5)).astype(np.uint8)
+    for orientation in (0, 2, 3, 4, 5, 6, 7, 8):
+        expected = []
+        for plane in stored:
+            picture = pillow.fromarray(plane)
+            picture.getexif()[274] = orientation
+            expected.append(np.asarray(operations.exif_transpose(picture)))
+        description = "ImageJ=1.53t\nimages=COUNT\nunit=mm\nspacing=2\n"
+        options = dict(resolution=(2, 4), resolutionunit=1, extratags=[(274, "H", 1, orientation, True)])
+        folder = tmp_path / f"{orientation}"
+        folder.mkdir()
+        for number, plane in enumerate(stored):
+            content = description.replace("COUNT", "1")
+            tifffile.imwrite(folder / f"{number}.tif", plane, **options, **of_imagej(content))
+        tifffile.imwrite(tmp_path / "a.tif", stored, **options, **of_imagej(description.replace("COUNT", "3")))
+        for path in (tmp_path / "a.tif", folder) if orientation == 6 else (tmp_path / "a.tif",):
+            volume, _ = read_both(path)
+            np.testing.assert_array_equal(volume.data, expected)
+            assert volume.spacing == ((0.25, 0.5, 2) if orientation > 4 else (0.5, 0.25, 2))
+    tifffile.imwrite(tmp_path / "a.tif", stored, photometric="minisblack", extratags=[(274, "H", 1, 4, True)])
+    expected = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(tmp_path / "a.tif")))
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.tif").data, expected)
+
+
+def write_tiff_slices(folder, numbers, **options):
+    folder.mkdir()
+    for number in numbers:
+        tifffile.imwrite(folder / f"a_{number}.tif", np.full((4, 3), number % 250, np.uint8), **options)
+    return folder
+
+
+def test_tiff_folder_has_the_spacing_of_its_slices(tmp_path):
+    of_slices = dict(resolution=(2, 4), resolutionunit=1)
+    description = "ImageJ=1.53t\nimages=1\nunit=mm\n"
+    known = of_imagej(description + "spacing=3\n")
+    volume, told = read_both(write_tiff_slices(tmp_path / "imagej", range(4), **of_slices, **known))
+    assert volume.spacing == (0.5, 0.25, 3) and volume.unit == "mm" and not told
+    path = write_tiff_slices(tmp_path / "no_z", range(4), **of_slices, **of_imagej(description))
+    volume, told = read_both(path)
+    assert volume.spacing == (0.5, 0.25, 1) and volume.unit == "mm"
+    assert told == ["no_z: the file has no spacing along z: 1 mm is assumed; say spacing=(x, y, z)"]
+    assert read_volume(path, spacing=2).spacing == (2, 2, 2)  # without a warning, as here
+    isospline.convert(path, tmp_path / "a.zarr", spacing=2)
+    metadata = {"axes": "YX", "PhysicalSizeX": 0.5, "PhysicalSizeY": 0.75, "PhysicalSizeZ": 2.5}
+    volume, told = read_both(write_tiff_slices(tmp_path / "ome", range(4), ome=True, metadata=metadata))
+    assert volume.spacing == (0.5, 0.75, 2.5) and volume.unit == "µm" and not told
+    tifffile.imwrite(path / "a_2.tif", np.zeros((4, 3), np.uint8), resolution=(2, 5), **of_imagej(description))
+    for read in (read_volume, read_both):
+        with pytest.raises(ValueError, match=r"a_2\.tif: expected slices with the spacing of the first .* 0\.2, 1"):
+            read(path)
+
+
+@pytest.mark.parametrize(
+    ("resolution", "unit", "told"),
+    [
+        ((1000, 500), "CENTIMETER", "spacing is 1, and not 0.01 and 0.02 mm, the resolution that tags tell"),
+        ((25400, 25400), "INCH", "spacing is 1, and not 0.001 and 0.001 mm"),
+        ((300, 300), "INCH", ""),
+        ((28.3465, 28.3465), "CENTIMETER", ""),  # 72 per inch
+        ((1000, 1000), "NONE", ""),
+    ],
+)
+def test_tiff_tells_of_a_resolution_that_is_not_used(tmp_path, data, resolution, unit, told):
+    options = dict(resolution=resolution, resolutionunit=unit, photometric="minisblack")
+    tifffile.imwrite(tmp_path / "a.tif", data, **options)
+    for path in (tmp_path / "a.tif", write_tiff_slices(tmp_path / "slices", range(4), **options)):
+        volume, warned = read_both(path)
+        assert volume.spacing == (1, 1, 1) and len(warned) == bool(told) and all(told in each for each in warned)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "told"),
+    [
+        ([1, 2, 3, 4], ""),
+        ([2, 4, 6], ""),
+        ([1, 2, 4, 5], "a_4.tif follows a_2.tif: are slices missing?"),
+        ([1, 2, 3, 13, 14, 16], "a_13.tif follows a_3.tif, and 1 more such gaps: are slices missing?"),
+    ],
+)
+def test_tiff_folder_tells_of_gaps(tmp_path, numbers, told):
+    volume, warned = read_both(write_tiff_slices(tmp_path / "slices", numbers))
+    assert volume.data[:, 0, 0].tolist() == numbers
+    assert warned == ([f"slices: {told}"] if told else [])
+    with pytest.warns(match="missing") if told else contextlib.nullcontext():  # also if spacing is known
+        read_volume(tmp_path / "slices", spacing=2)
 
 
 def test_tiff_folder_is_sorted_by_number(tmp_path, rng):

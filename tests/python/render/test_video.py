@@ -75,7 +75,8 @@ def test_a_video_shows_the_images(images, tmp_path):
     isospline.write_video(path, iter(images), fps=12.5, quality=10)
     assert os.listdir(tmp_path) == ["turn.mp4"]
     frames, about = read(path)
-    assert "h264" in about and "yuv420p(tv, bt709" in about and " 12.50 fps" in about
+    assert "h264 (High) " in about and "yuv420p(tv, bt709" in about and "unknown" not in about and " 12.50 fps" in about
+    assert b"colrnclx\0\1\0\1\0\1" in path.read_bytes()  # ISO/IEC 14496-12: primaries, transfer and matrix of BT.709
     assert frames.shape == (5, 48, 64, 3)
     expected = np.stack([image.to_srgb()[..., :3] * (image.color[..., 3:] > 0) for image in images]).astype(float)
     inside = np.stack([image.color[..., 3] == 1 for image in images])

@@ -302,14 +302,19 @@ def test_a_chunk_beyond_memory_is_an_error(tmp_path):
         open_source(tmp_path / "a.zarr", "zyx", READING).read(BOX)
 
 
+def write_n5(folder, data, **attributes):
+    spec = {"driver": "n5", "kvstore": {"driver": "file", "path": f"{folder}/"}}
+    metadata = {"dataType": "int16", "dimensions": data.shape[::-1], "blockSize": [5, 4, 3]}
+    metadata["compression"] = {"type": "gzip"}
+    tensorstore.open(spec | {"metadata": metadata}, create=True).result()[...] = data.T
+    path = folder / "attributes.json"
+    path.write_text(json.dumps({**json.loads(path.read_text(encoding="utf-8")), **attributes}), encoding="utf-8")
+
+
 @pytest.mark.parametrize("key", ["", "scan"])
 def test_n5_datasets(data, tmp_path, key):
     folder = tmp_path / "a.n5" / key / "s0"
-    spec = {"driver": "n5", "kvstore": {"driver": "file", "path": f"{folder}/"}}
-    metadata = {"dataType": "int16", "dimensions": data.shape[::-1], "blockSize": [5, 4, 3]}
-    tensorstore.open(spec | {"metadata": metadata | {"compression": {"type": "gzip"}}}, create=True).result()[...] = (
-        data.T
-    )
+    write_n5(folder, data)
     group = tmp_path / "a.n5" / key / "attributes.json"
     group.write_text(json.dumps({"pixelResolution": {"dimensions": [0.5, 1, 2], "unit": "um"}}), encoding="utf-8")
     source = opened(tmp_path / "a.n5" / key, tmp_path)
@@ -323,6 +328,71 @@ def test_n5_datasets(data, tmp_path, key):
         opened(tmp_path / "a.n5" / key, tmp_path)
 
 
+def test_n5_has_offsets_and_levels(data, tmp_path):
+    write_n5(tmp_path / "a.n5/s0", data)
+    group = tmp_path / "a.n5/attributes.json"
+    group.write_text(json.dumps({"resolution": [4, 5, 6], "offset": [10, 20, 30]}), encoding="utf-8")
+    source = opened(tmp_path / "a.n5", tmp_path)
+    check(source, data)
+    assert source.spacing == (4, 5, 6) and source.origin == (10, 20, 30)
+    group.write_text(json.dumps({"offset": [10, 20]}), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"a\.n5: .*three finite numbers as offset, got \[10\.0, 20\.0\]"):
+        opened(tmp_path / "a.n5", tmp_path)
+    pixel = {"dimensions": [4, 5, 6], "unit": "nm"}
+    write_n5(tmp_path / "a.n5/s1", data, pixelResolution=pixel, downsamplingFactors=[2, 2, 1])
+    source = opened(tmp_path / "a.n5/s1", tmp_path)
+    assert source.spacing == (8, 10, 6) and source.origin == (2, 2.5, 0) and source.unit == "nanometer"
+
+
+@pytest.mark.parametrize("kind", ["dataset", "group", "zarr"])
+@pytest.mark.parametrize("axes", ["zyx", "xyz"])
+def test_transforms_of_cosem(data, tmp_path, kind, axes):
+    scale, translate = {"x": 4, "y": 5, "z": 3.24}, {"x": 10, "y": 20, "z": -30}
+    transform = {
+        "axes": list(axes),
+        "scale": [scale[axis] for axis in axes],
+        "translate": [translate[axis] for axis in axes],
+        "units": ["nm"] * 3,
+    }
+    image = {"datasets": [{"path": "s1", "transform": {}}, {"path": "s0", "transform": transform}]}
+    pixel = {"dimensions": [4, 5, 3.24], "unit": "nm"}
+
+    def written(own):
+        if kind == "zarr":
+            zarr.create_array(tmp_path / "a.zarr", data=data, attributes=own, overwrite=True)
+            return tmp_path / "a.zarr"
+        (tmp_path / "a.n5").mkdir(exist_ok=True)
+        group = {"multiscales": [image]} if kind == "group" else {}
+        (tmp_path / "a.n5/attributes.json").write_text(json.dumps(group), encoding="utf-8")
+        if not (tmp_path / "a.n5/s0").exists():
+            write_n5(tmp_path / "a.n5/s0", data, pixelResolution=pixel, **({} if kind == "group" else own))
+        return tmp_path / "a.n5"
+
+    source = opened(written({"transform": transform}), tmp_path)
+    check(source, data)
+    assert source.spacing == (4, 5, 3.24) and source.origin == (10, 20, -30) and source.unit == "nanometer"
+    if kind == "zarr":
+        assert opened(written({"transform": [4, 0, 10, 0, 5, 20]}), tmp_path).spacing == (1, 1, 1)  # of rasterio
+    if kind != "dataset":
+        transform["axes"] = ["c", "y", "x"]
+        with pytest.raises(ValueError, match=r"expected a transform with axes x, y and z, scale, .* got .*'z'"):
+            opened(written({"transform": transform}), tmp_path)
+
+
+def test_other_transformations_of_ome_zarr_are_refused(data, tmp_path):
+    group = zarr.create_group(tmp_path / "a.zarr")
+    group.create_array("0", data=data)
+    axes = [{"name": axis, "type": "space"} for axis in "zyx"]
+    for step, told in (
+        ({"type": "affine", "affine": [[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0]]}, "affine"),
+        ({"type": "scale", "path": "scales"}, "one in a file"),
+    ):
+        image = {"axes": axes, "datasets": [{"path": "0", "coordinateTransformations": [step]}]}
+        group.attrs["ome"] = {"version": "0.5", "multiscales": [image]}
+        with pytest.raises(ValueError, match=f"got a transformation that is none of identity, scale, .*: {told}"):
+            open_source(tmp_path / "a.zarr", "zyx", READING)
+
+
 @pytest.mark.parametrize("kind", ["zarr", "n5", "h5"])
 def test_a_broken_chunk_is_named(data, tmp_path, kind):
     path = tmp_path / f"a.{kind}"
@@ -331,10 +401,7 @@ def test_a_broken_chunk_is_named(data, tmp_path, kind):
         chunk = path / "c" / "1" / "0" / "1"
         chunk.write_bytes(chunk.read_bytes()[:10])
     elif kind == "n5":
-        spec = {"driver": "n5", "kvstore": {"driver": "file", "path": f"{path}/"}}
-        metadata = {"dataType": "int16", "dimensions": data.shape[::-1], "blockSize": [5, 4, 3]}
-        metadata["compression"] = {"type": "gzip"}
-        tensorstore.open(spec | {"metadata": metadata}, create=True).result()[...] = data.T
+        write_n5(path, data)
         chunk = path / "1" / "0" / "1"
         chunk.write_bytes(chunk.read_bytes()[:-10])
     else:

@@ -16,6 +16,8 @@ from .chunked import ORDERS, ChunkedSource, load, read_json
 #: Files that identify a folder of Zarr or N5.
 ZARR_FILES, N5_FILE = ("zarr.json", ".zarray", ".zgroup"), "attributes.json"
 
+# The transformations of coordinates that are applied.
+_STEPS = ("identity", "scale", "translation")
 _MULTISCALES = 'a multiscale image of OME-Zarr, or one array; name="KEY" names an array'
 
 
@@ -44,7 +46,8 @@ def open_zarr(
             raise ValueError(f"{printable(path)}: expected a volume, got the store of a time series: {steps}")
         raise ValueError(f"{printable(path)}: expected samples, got a store without them: open it with open_volume")
     if "shape" in node:
-        return ChunkedSource(path, "zarr", name or "", ORDERS[axes]), None
+        source = ChunkedSource(path, "zarr", name or "", ORDERS[axes])
+        return _move_by_transform(source, attributes["transform"]) if _is_transformed(attributes) else source, None
     image = _multiscale(attributes)
     if image is None:
         keys = node["arrays"]
@@ -103,6 +106,9 @@ def _transformation(dataset, image, dimension):
     """Scale and translation of a level: its own, followed by those of the whole image."""
     scale, translation = np.ones(dimension), np.zeros(dimension)
     for step in (*dataset.get("coordinateTransformations", ()), *image.get("coordinateTransformations", ())):
+        if step.get("type", "identity") not in _STEPS or "path" in step:
+            told = "one in a file" if "path" in step else step.get("type")
+            raise ValueError(f"a transformation that is none of {', '.join(_STEPS)}: {told}")
         factor = np.asarray(step.get("scale", np.ones(dimension)), float)
         scale, translation = scale * factor, translation * factor
         translation = translation + np.asarray(step.get("translation", np.zeros(dimension)), float)
@@ -123,12 +129,57 @@ def open_n5(path: Path, name: str | None) -> ChunkedSource:
     if "dimensions" not in attributes:
         raise ValueError(f'{printable(path)}: expected a dataset of N5, or a group of levels s0, s1, ...; name="KEY"')
     source = ChunkedSource(path, "n5", key, (2, 1, 0))  # its axes are x, y, z
-    # n5-ij and BigDataViewer write pixelResolution, or resolution and units, both x first.
-    found = {**group, **attributes}
+    found = {**_transforms_by_level(group).get("s0", {}), **group, **attributes}
+    if _is_transformed(found):
+        return _move_by_transform(source, found["transform"])
+    # n5-ij and BigDataViewer write pixelResolution, or resolution and units, and Paintera an offset, all x first.
     pixel = found.get("pixelResolution")
     spacing: Any = pixel.get("dimensions") if isinstance(pixel, dict) else pixel or found.get("resolution")
     units: Any = pixel.get("unit") if isinstance(pixel, dict) else found.get("units")
     unit = one_unit([ome.name_of_unit(each) for each in ([units] if isinstance(units, str) else units or ())])
-    if spacing is not None:
-        source.move(spacing=tuple(float(value) for value in spacing), unit=unit or None)
-    return source
+    factors = _three(attributes.get("downsamplingFactors", 1), "downsamplingFactors")
+    full = _three(1 if spacing is None else spacing, "resolution")
+    # A sample of a coarse level is in the middle of those that it averages, as in n5-viewer.
+    origin = _three(found.get("offset", 0), "offset") + (factors - 1) / 2 * full
+    return _moved(source, full * factors, origin, unit or None)
+
+
+def _transforms_by_level(group):
+    """The transforms of a group's levels in COSEM's metadata, by the name of the level."""
+    image = _multiscale(group) or {}
+    levels = [each for each in image.get("datasets") or () if isinstance(each, dict) and "transform" in each]
+    return {str(each.get("path")): {"transform": each["transform"]} for each in levels}
+
+
+def _is_transformed(attributes):
+    """Whether attributes have a transform of COSEM: those of other programs have the same name."""
+    return isinstance(attributes.get("transform"), dict) and "axes" in attributes["transform"]
+
+
+def _move_by_transform(source, transform):
+    """Place samples by a transform of COSEM: axes in any order, and for each of them scale, translate and units."""
+    try:
+        places = [list(transform["axes"]).index(axis) for axis in "xyz"]
+        scale, translation, units = (
+            [transform[name][place] for place in places] for name in ("scale", "translate", "units")
+        )
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise ValueError(
+            f"expected a transform with axes x, y and z, scale, translate and units, got {error}"
+        ) from error
+    unit = one_unit([ome.name_of_unit(each) for each in units])
+    return _moved(source, _three(scale, "scale"), _three(translation, "translate"), unit or None)
+
+
+def _moved(source, spacing, origin, unit):
+    if not (spacing > 0).all():
+        raise ValueError(f"expected positive distances of samples, got {spacing.tolist()}")
+    return source.move(spacing=tuple(spacing.tolist()), origin=tuple(origin.tolist()), unit=unit)
+
+
+def _three(values, name):
+    """Three finite numbers, of as many or of one for all axes."""
+    array = np.array(values, float) if np.ndim(values) else np.full(3, values, float)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise ValueError(f"expected three finite numbers as {name}, got {array.tolist()}")
+    return array

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.system import warn
 from ...io import dicom, packed, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
+from ...io.told import warn_of_place
 from ..layout import writing
 from ..ome import name_of_unit
 from .source import RawSource, Source, as_samples, identity_of, samples_type
@@ -162,18 +162,22 @@ def open_tiff(path: Path) -> Source:
         source = PagesSource(path, shape, dtype)
     else:
         raise ValueError(f"expected a page for each of {shape[0]} slices, got {pages}")
-    if layout["place"]:
-        if "warning" in layout["place"]:
-            warn(f"{path.name}: {layout['place']['warning']}")
-        source.move(spacing=tuple(layout["place"]["spacing"]), unit=name_of_unit(layout["place"]["unit"]))
-    return source
+    return _placed(source, path, layout["place"])
 
 
 def open_tiff_folder(path: Path) -> Source:
     """A source of a folder of files of one page each."""
-    files = tiff.slices_of(path)
-    first = tiff.read_slice(files[0])
-    return FilesSource(files, first.shape, first.dtype, tiff.read_slice)
+    found = tiff.find_slices(path)
+    source = FilesSource([Path(file) for file in found["files"]], found["shape"], found["dtype"], tiff.read_slice)
+    return _placed(source, path, found["place"])
+
+
+def _placed(source, path, place):
+    """A source of TIFF with its place; warns if the files lack some of it."""
+    warn_of_place(path, place)
+    if "spacing" in place:
+        source.move(spacing=tuple(place["spacing"]), unit=name_of_unit(place["unit"]))
+    return source
 
 
 def open_dicom(path: Path, name: str | None) -> Source | None:
