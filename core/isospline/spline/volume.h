@@ -76,6 +76,8 @@ public:
     int degree() const { return options_.degree; }
     Boundary boundary() const { return options_.boundary; }
     Filter filter() const { return options_.filter; }
+    /// Whether f is the samples at their places, but for the rounding of the coefficients.
+    bool interpolates() const { return filter() == Filter::interpolate || (filter() == Filter::none && degree() <= 1); }
     const VolumeOptions& options() const { return options_; }
 
     /// Samples along x, y, z.
