@@ -29,6 +29,8 @@ constexpr std::size_t slack = 8;
 
 /// The smallest and the largest half range of samples whose coefficients float32 holds with all its digits.
 constexpr double smallest_half_range = 0.5e-30, largest_half_range = 0.5e34;
+/// The shortest and the longest edges of voxels for which no product of four lengths underflows or overflows.
+constexpr double shortest_edge = 1e-60, longest_edge = 1e60;
 
 void check(const SampleView& samples, const VolumeOptions& options)
 {
@@ -55,6 +57,10 @@ void check(const SampleView& samples, const VolumeOptions& options)
     if (!std::isfinite(edges) || !(volume > 1e-9 * edges))
         throw_invalid("direction", "three finite columns that are linearly independent",
                       to_text(direction[0]) + ", " + to_text(direction[1]) + ", " + to_text(direction[2]));
+    for (int axis = 0; axis < 3; ++axis)
+        if (const double edge = spacing[axis] * glm::length(direction[axis]);
+            !(edge >= shortest_edge && edge <= longest_edge))
+            throw_invalid("spacing", "voxels with edges of 1e-60 to 1e60", to_text(spacing));
 }
 
 /// `needed` is a double because it may exceed 64 bits for long axes.
