@@ -89,19 +89,17 @@ struct Support {
         constexpr int padding = Degree / 2;
         constexpr double shift = Degree % 2 == 0 ? 0.5 : 0.0;
         const int cells = Degree % 2 == 0 ? size : size - 1;
-        double lattice = position + shift;
-        double cell = std::floor(lattice);
+        const double lattice = position + shift;
+        const double cell = std::floor(lattice);
         if (cell >= 0.0 && cell < cells) {
             first = static_cast<int>(cell) - padding;
             for (int j = 0; j <= Degree; ++j)
                 index[static_cast<std::size_t>(j)] = first + j;
         } else {
-            // Fold the position into the first period, so that its cell is a small integer. Then fold each
-            // coefficient's index.
+            // Fold the cell into a period next to 0, which is exact, so that its number is a small integer. Then fold
+            // each coefficient's index.
             const double period = size == 1 ? 1.0 : boundary == Boundary::periodic ? size : 2.0 * size - 2.0;
-            lattice = position - period * std::floor(position / period) + shift;
-            cell = std::floor(lattice);
-            first = static_cast<int>(cell) - padding;
+            first = static_cast<int>(std::fmod(cell, period)) - padding;
             for (int j = 0; j <= Degree; ++j)
                 index[static_cast<std::size_t>(j)] = detail::inside_index(first + j, size, boundary);
         }
