@@ -19,16 +19,34 @@ double value_error(double magnitude, double coordinate_error)
     return magnitude * (rounding + 2.0 * 6.0 * coordinate_error);
 }
 
-/// The same for a cell.
+/// The largest magnitude of a cell's coefficients minus the threshold.
 template <int Degree>
-double value_error(const CellCoefficients& cell, double coordinate_error)
+double largest_magnitude(const CellCoefficients& cell)
 {
     double magnitude = 0.0;
     for (int k = 0; k <= Degree; ++k)
         for (int j = 0; j <= Degree; ++j)
             for (int i = 0; i <= Degree; ++i)
                 magnitude = std::max(magnitude, std::abs(cell(i, j, k)));
-    return value_error<Degree>(magnitude, coordinate_error);
+    return magnitude;
+}
+
+/// The same for a cell.
+template <int Degree>
+double value_error(const CellCoefficients& cell, double coordinate_error)
+{
+    return value_error<Degree>(largest_magnitude<Degree>(cell), coordinate_error);
+}
+
+/// How far f may be from a sample at its place, in a model that interpolates, given the largest magnitude of the
+/// stored coefficients around it.
+///
+/// Numbers are rounded to float32 when they are read (twice) and after the filter of each axis. At the sample, the
+/// model undoes the filters that follow a rounding, and its weights sum to one. So each of the five adds at most 2^-24
+/// of the largest magnitude.
+inline double sample_error(double magnitude)
+{
+    return 5.0 * 0x1p-24 * magnitude;
 }
 
 } // namespace isospline

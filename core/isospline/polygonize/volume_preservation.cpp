@@ -19,15 +19,16 @@ namespace {
 
 /// The largest step, as a part of the reach.
 constexpr double largest_step = 0.5;
-/// The edges of the parts of a face, each with three points, in cells.
-constexpr double part_edge = 2.0;
-constexpr int most_parts = 8;
+/// Planes at a smaller angle count as parallel.
+constexpr double least_sine = 1e-3;
 
-/// Calls `visit` with the points of a quadrature on a triangle, all of the same weight: it is cut into `count`^2 equal
-/// parts, and each has the three points of the rule that is exact for quadratic polynomials.
+/// Calls `visit` with the barycentric coordinates of the points of a quadrature on a triangle, all of the same weight:
+/// it is cut into `count`^2 equal parts, and each has the three points of the rule that is exact for quadratic
+/// polynomials.
 template <typename Visit>
-void for_each_point(const Corners& corners, int count, const Visit& visit)
+void for_each_point(int count, const Visit& visit)
 {
+    const Corners corners{glm::dvec3(1.0, 0.0, 0.0), glm::dvec3(0.0, 1.0, 0.0), glm::dvec3(0.0, 0.0, 1.0)};
     const glm::dvec3 along_first = (corners[1] - corners[0]) / static_cast<double>(count);
     const glm::dvec3 along_second = (corners[2] - corners[0]) / static_cast<double>(count);
     const auto visit_part = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
@@ -72,10 +73,10 @@ VolumePreservation<Degree>::VolumePreservation(const LatticeField<Degree>& field
 {
 }
 
-/// How far the surface is from a point in a direction, a unit vector in the world; negative if it is behind, and 0 if
-/// it is not found.
+/// How far the surface is from a point in a direction of the world, in lengths of this vector; negative if it is
+/// behind, and 0 if it is not found within the reach.
 template <int Degree>
-double VolumePreservation<Degree>::height(const glm::dvec3& at, const glm::dvec3& outward) const
+double VolumePreservation<Degree>::height(const glm::dvec3& at, const glm::dvec3& outward, double reach) const
 {
     constexpr int most_iterations = 6;
     constexpr double small_step = 0.01;
@@ -92,7 +93,7 @@ double VolumePreservation<Degree>::height(const glm::dvec3& at, const glm::dvec3
             return 0.0;
         const double step = -value / slope;
         height += step;
-        if (!(std::abs(height) <= reach_))
+        if (!(std::abs(height) <= reach))
             return 0.0;
         if (std::abs(step) <= small_step * reach_)
             return height;
@@ -100,22 +101,87 @@ double VolumePreservation<Degree>::height(const glm::dvec3& at, const glm::dvec3
     return 0.0;
 }
 
+/// The area of a face in the world, as a vector to the outside.
 template <int Degree>
-typename VolumePreservation<Degree>::Between VolumePreservation<Degree>::between(const Corners& corners) const
+glm::dvec3 VolumePreservation<Degree>::area_of(const Corners& corners) const
 {
     const glm::dvec3 first = metric_.to_world * (corners[1] - corners[0]),
                      second = metric_.to_world * (corners[2] - corners[0]);
-    const glm::dvec3 area = 0.5 * orientation_ * glm::cross(first, second);
-    const double size = glm::length(area);
-    if (!(size > 0.0))
-        return {0.0, glm::dvec3(0.0)};
+    return 0.5 * orientation_ * glm::cross(first, second);
+}
+
+/// The volume between a face and the surface, along directions in the world: those at the corners, interpolated.
+///
+/// With the points p and directions d of the face, x = p + h d maps the heights below that of the surface to what is
+/// between. Its determinant is a quadratic polynomial in h.
+template <int Degree>
+double VolumePreservation<Degree>::volume_along(const Corners& corners, const Corners& directions,
+                                                const Care& care) const
+{
     double longest = 0.0;
     for (std::size_t i = 0; i < 3; ++i)
         longest = std::max(longest, glm::distance(corners[i], corners[(i + 1) % 3]));
-    const int count = std::clamp(static_cast<int>(std::ceil(longest / part_edge)), 1, most_parts);
+    const int count = std::clamp(static_cast<int>(std::ceil(longest / care.part_edge)), 1, care.most_parts);
+
+    const glm::dmat3 points(corners[0], corners[1], corners[2]), outward(directions[0], directions[1], directions[2]);
+    const glm::dvec3 first = metric_.to_world * (corners[1] - corners[0]),
+                     second = metric_.to_world * (corners[2] - corners[0]), first_turn = directions[1] - directions[0],
+                     second_turn = directions[2] - directions[0];
+    const glm::dvec3 constant = glm::cross(first, second),
+                     linear = glm::cross(first, second_turn) + glm::cross(first_turn, second),
+                     quadratic = glm::cross(first_turn, second_turn);
     double sum = 0.0;
-    for_each_point(corners, count, [&](const glm::dvec3& at) { sum += height(at, area / size); });
-    return {sum / (3.0 * count * count) * size, area};
+    for_each_point(count, [&](const glm::dvec3& weights) {
+        const glm::dvec3 direction = outward * weights;
+        const double h = height(points * weights, direction, care.reach * reach_);
+        sum += h * glm::dot(constant + h * (linear / 2.0 + h / 3.0 * quadratic), direction);
+    });
+    return 0.5 * orientation_ * sum / (3.0 * count * count);
+}
+
+template <int Degree>
+typename VolumePreservation<Degree>::Between VolumePreservation<Degree>::between(const Corners& corners) const
+{
+    const glm::dvec3 area = area_of(corners);
+    const double size = glm::length(area);
+    if (!(size > 0.0))
+        return {0.0, glm::dvec3(0.0)};
+    const glm::dvec3 normal = area / size;
+    return {volume_along(corners, {normal, normal, normal}, care_of_moves), area};
+}
+
+/// Directions at the vertices, in the world: the normals of the isosurface's faces around them, on a cap along its
+/// plane. What is between neighbouring faces and the surface then does not overlap, and ends at the caps.
+template <int Degree>
+std::vector<glm::dvec3> VolumePreservation<Degree>::directions(const LabeledMesh& mesh) const
+{
+    std::vector<glm::dvec3> directions(mesh.vertices.size(), glm::dvec3(0.0)), planes = directions;
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
+        if (mesh.labels[i] != on_isosurface)
+            continue;
+        const glm::dvec3 area = area_of(corners_of(mesh, i));
+        for (int corner = 0; corner < 3; ++corner)
+            directions[mesh.faces[i][corner]] += area;
+    }
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
+        if (mesh.labels[i] == on_isosurface)
+            continue;
+        const glm::dvec3 plane =
+            glm::normalize(field_.surface().planes().all()[mesh.labels[i] - 1].normal * metric_.to_lattice);
+        for (int corner = 0; corner < 3; ++corner) {
+            const std::uint32_t vertex = mesh.faces[i][corner];
+            // A vertex of two caps has the direction of the line where they meet.
+            const glm::dvec3 across = plane - glm::dot(plane, planes[vertex]) * planes[vertex];
+            if (glm::length(across) < least_sine)
+                continue;
+            planes[vertex] = glm::normalize(across);
+            directions[vertex] -= glm::dot(directions[vertex], planes[vertex]) * planes[vertex];
+        }
+    }
+    for (glm::dvec3& direction : directions)
+        if (const double length = glm::length(direction); length > 0.0)
+            direction /= length;
+    return directions;
 }
 
 /// The volumes at all faces of a mesh whose vertices have these numbers. Faces that were measured before, and are where
@@ -194,12 +260,14 @@ template <int Degree>
 double VolumePreservation<Degree>::missing_volume(const LabeledMesh& mesh, const Progress& progress) const
 {
     std::vector<double> volumes(mesh.faces.size(), 0.0);
+    const std::vector<glm::dvec3> of_vertices = directions(mesh);
     parallel_for(
         mesh.faces.size(), 1024,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
                 if (mesh.labels[i] == on_isosurface)
-                    volumes[i] = between(corners_of(mesh, i)).volume;
+                    volumes[i] =
+                        volume_along(corners_of(mesh, i), corners_of(of_vertices, mesh.faces[i]), care_of_report);
         },
         progress);
     return std::accumulate(volumes.begin(), volumes.end(), 0.0);

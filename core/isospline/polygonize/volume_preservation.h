@@ -24,7 +24,8 @@ namespace isospline {
 template <int Degree>
 class VolumePreservation {
 public:
-    /// Surface that is farther than `reach` from a face, in world units, does not count. The field must outlive it.
+    /// Vertices do not move towards surface that is farther than `reach` from a face, in world units. The field must
+    /// outlive it.
     VolumePreservation(const LatticeField<Degree>& field, double reach);
 
     /// Moves the vertices of a mesh. Those with a flag in `stays`, at borders and on caps do not move. It is faster if
@@ -50,8 +51,19 @@ private:
 
     std::vector<Between> measure(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
                                  std::vector<Measured>& before, const Progress& progress) const;
-    double height(const glm::dvec3& at, const glm::dvec3& outward) const;
+    /// How closely the volume at a face is measured.
+    struct Care {
+        double part_edge; ///< of the parts of a face, each with three points, in cells
+        int most_parts;   ///< along an edge
+        double reach;     ///< the largest height, as a multiple of that of the object
+    };
+    static constexpr Care care_of_moves{2.0, 8, 1.0}, care_of_report{0.5, 32, 3.0};
+
+    double height(const glm::dvec3& at, const glm::dvec3& outward, double reach) const;
+    glm::dvec3 area_of(const Corners& corners) const;
+    double volume_along(const Corners& corners, const Corners& directions, const Care& care) const;
     Between between(const Corners& corners) const;
+    std::vector<glm::dvec3> directions(const LabeledMesh& mesh) const;
 
     const LatticeField<Degree>& field_;
     LatticeMetric metric_;

@@ -17,7 +17,7 @@ inline Solid solid_of(const IsosurfaceSnapshot& surface)
 
 /// The samples whose positions are in the solid. It includes its border: a sample on a face of a cell that the mask
 /// removes or on a plane of the clip is in the solid if the other side is. A sample where f equals the level, up to
-/// the rounding errors of double precision, counts as above it.
+/// the rounding of the coefficients, counts as above it.
 Mask samples_inside(const IsosurfaceSnapshot& surface, const Progress& progress = {});
 
 } // namespace isospline

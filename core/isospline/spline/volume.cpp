@@ -29,6 +29,8 @@ constexpr std::size_t slack = 8;
 
 /// The smallest and the largest half range of samples whose coefficients float32 holds with all its digits.
 constexpr double smallest_half_range = 0.5e-30, largest_half_range = 0.5e34;
+/// The shortest and the longest edges of voxels for which no product of four lengths underflows or overflows.
+constexpr double shortest_edge = 1e-60, longest_edge = 1e60;
 
 void check(const SampleView& samples, const VolumeOptions& options)
 {
@@ -55,6 +57,10 @@ void check(const SampleView& samples, const VolumeOptions& options)
     if (!std::isfinite(edges) || !(volume > 1e-9 * edges))
         throw_invalid("direction", "three finite columns that are linearly independent",
                       to_text(direction[0]) + ", " + to_text(direction[1]) + ", " + to_text(direction[2]));
+    for (int axis = 0; axis < 3; ++axis)
+        if (const double edge = spacing[axis] * glm::length(direction[axis]);
+            !(edge >= shortest_edge && edge <= longest_edge))
+            throw_invalid("spacing", "voxels with edges of 1e-60 to 1e60", to_text(spacing));
 }
 
 /// `needed` is a double because it may exceed 64 bits for long axes.
@@ -83,19 +89,17 @@ struct Support {
         constexpr int padding = Degree / 2;
         constexpr double shift = Degree % 2 == 0 ? 0.5 : 0.0;
         const int cells = Degree % 2 == 0 ? size : size - 1;
-        double lattice = position + shift;
-        double cell = std::floor(lattice);
+        const double lattice = position + shift;
+        const double cell = std::floor(lattice);
         if (cell >= 0.0 && cell < cells) {
             first = static_cast<int>(cell) - padding;
             for (int j = 0; j <= Degree; ++j)
                 index[static_cast<std::size_t>(j)] = first + j;
         } else {
-            // Fold the position into the first period, so that its cell is a small integer. Then fold each
-            // coefficient's index.
+            // Fold the cell into a period next to 0, which is exact, so that its number is a small integer. Then fold
+            // each coefficient's index.
             const double period = size == 1 ? 1.0 : boundary == Boundary::periodic ? size : 2.0 * size - 2.0;
-            lattice = position - period * std::floor(position / period) + shift;
-            cell = std::floor(lattice);
-            first = static_cast<int>(cell) - padding;
+            first = static_cast<int>(std::fmod(cell, period)) - padding;
             for (int j = 0; j <= Degree; ++j)
                 index[static_cast<std::size_t>(j)] = detail::inside_index(first + j, size, boundary);
         }

@@ -62,8 +62,9 @@ class Volume {
 public:
     /// Computes the coefficients. Throws std::invalid_argument for an empty view, a sample that is not finite (the
     /// message names the first such index), a range that float32 cannot hold (below 1e-30 or above 1e34), a degree
-    /// outside of 0-5, a spacing that is not positive, a singular direction or a smoothing that does not fit the
-    /// filter. Throws std::length_error before it begins if the coefficients do not fit into the machine's memory.
+    /// outside of 0-5, voxels with edges below 1e-60 or above 1e60, a singular direction or a smoothing that does not
+    /// fit the filter. Throws std::length_error before it begins if the coefficients do not fit into the machine's
+    /// memory.
     Volume(const SampleView& samples, const VolumeOptions& options = {}, const Progress& progress = {});
 
     /// A copy of a volume from its `summary()` and `stored_coefficients()`, for example in another process. Throws
@@ -76,6 +77,8 @@ public:
     int degree() const { return options_.degree; }
     Boundary boundary() const { return options_.boundary; }
     Filter filter() const { return options_.filter; }
+    /// Whether f is the samples at their places, but for the rounding of the coefficients.
+    bool interpolates() const { return filter() == Filter::interpolate || (filter() == Filter::none && degree() <= 1); }
     const VolumeOptions& options() const { return options_; }
 
     /// Samples along x, y, z.

@@ -9,6 +9,18 @@
 
 namespace isospline {
 
+namespace {
+
+/// Whether a point may be that of a sample which the model interpolates.
+bool is_at_sample(const Volume& volume, const glm::dvec3& lattice, double coordinate_error)
+{
+    const glm::dvec3 index = lattice - volume.lattice_shift();
+    return volume.interpolates() &&
+           glm::all(glm::lessThanEqual(glm::abs(index - glm::round(index)), glm::dvec3(coordinate_error)));
+}
+
+} // namespace
+
 Side side_in_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error,
                   const glm::ivec3& cell)
 {
@@ -20,7 +32,9 @@ Side side_in_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, 
         const BrickRanges::Range range = surface.shared_ranges()->brick(cell / brick_size);
         const double lower = static_cast<double>(range.lower) - surface.threshold();
         const double upper = static_cast<double>(range.upper) - surface.threshold();
-        const double of_brick = value_error<degree>(std::max(std::abs(lower), std::abs(upper)), coordinate_error);
+        const double of_brick =
+            value_error<degree>(std::max(std::abs(lower), std::abs(upper)), coordinate_error) +
+            sample_error(static_cast<double>(std::max(std::abs(range.lower), std::abs(range.upper))));
         const double sign = surface.inward_sign();
         if (const Side side = side_of(lower - of_brick, upper + of_brick, sign); side != Side::unknown)
             return side;
@@ -29,7 +43,9 @@ Side side_in_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, 
         // The bound for the brick is enough for most others. There is no branch on the sign: it would be mispredicted.
         if (std::abs(value) > of_brick)
             return static_cast<Side>(sign * value > 0.0);
-        const double error = value_error<degree>(coefficients, coordinate_error);
+        double error = value_error<degree>(coefficients, coordinate_error);
+        if (is_at_sample(volume, lattice, coordinate_error))
+            error += sample_error(largest_magnitude<degree>(CellCoefficients(coefficients, 0.0, cell)));
         return side_of(value - error, value + error, sign);
     });
 }

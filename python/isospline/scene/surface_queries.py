@@ -51,8 +51,9 @@ class SurfaceQueries(_core.Isosurface):
         -------
         (...) bool array, or uint8 array
             By the sign of :math:`f - f_0`, evaluated in float64; where f equals the level, up to rounding errors, it
-            counts as above. Parts that `clip` or `mask` cut away are outside. So is everything outside of
-            `volume.bounds`, for each boundary rule.
+            counts as above. At samples that the model interpolates, these are the errors of the float32 coefficients
+            as well, about 3e-7 of the largest one around. Parts that `clip` or `mask` cut away are outside. So is
+            everything outside of `volume.bounds`, for each boundary rule.
 
             With `certify`, 1 for a point that is proven to be in the solid, 0 for one that is proven not to be, and 2
             for one that is undecided, because it is on the surface or on the border of the volume to within rounding.
@@ -92,8 +93,9 @@ class SurfaceQueries(_core.Isosurface):
         -------
         bool array of the volume's shape
             True where a sample's position is in the solid, as `mask`, `largest` and `clip` leave it. f is compared with
-            the level there: a sample where it equals the level is in the solid if that is above. Samples on a plane of
-            `clip` and at the border of the volume can be in the solid.
+            the level there: a sample where it equals the level, up to the rounding of the model's coefficients, is in
+            the solid if that is above. Samples on a plane of `clip` and at the border of the volume can be in the
+            solid.
 
         Examples
         --------

@@ -36,7 +36,7 @@ class Volume(VolumeCells, VolumeConversions, Shown):
         Finite samples of any boolean, integer or floating type, memory order and byte order. They are read in place;
         long double is converted to float64 first. An array of xarray with coordinates needs `from_xarray`.
     spacing : float or (3,) array_like, world units
-        Distance between samples along x, y and z; one number for all three.
+        Distance between samples along x, y and z; one number for all three. Edges of voxels may be 1e-60 to 1e60.
     origin : (3,) array_like, world units
         Position of sample (0, 0, 0).
     direction : (3, 3) array_like, optional

@@ -90,6 +90,23 @@ def test_levels_that_equal_samples():
         np.testing.assert_array_equal(below, data < level)
 
 
+@pytest.mark.parametrize("dtype", ["u1", "u2", "f4", "f8"])
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_samples_at_the_level_but_for_rounding(degree, dtype):
+    """Rounded coefficients put f beside samples. Those at the level are above it, as in NumPy; others stay."""
+    rng = np.random.default_rng(7)
+    largest = {"u1": 255, "u2": 65535, "f4": 300.0, "f8": 0.3}[dtype]
+    data = (rng.integers(0, 256, (9, 10, 11)) / 255 * largest).astype(dtype)
+    volume = isospline.Volume(data, degree=degree)
+    points = positions(volume)
+    for at in (float(data[4, 5, 6]), float(data[0, 0, 0]), float(data[8, 3, 0])):
+        for level in (at, at - 2e-5 * largest, at + 2e-5 * largest):
+            above, below = (isospline.Isosurface(volume, level, inside=side) for side in ("above", "below"))
+            for surface, expected in ((above, data >= level), (below, data < level)):
+                np.testing.assert_array_equal(surface.to_mask(), expected)
+                np.testing.assert_array_equal(surface.contains(points), expected)
+
+
 def test_the_samples_of_pores_give_the_porosity():
     data = noise(5, (24, 24, 24), 1.5)
     pores = isospline.Isosurface(isospline.Volume(data), 0.02)

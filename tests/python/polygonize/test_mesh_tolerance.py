@@ -244,3 +244,13 @@ def test_reports_need_a_tolerance():
         surface.to_mesh(return_report=True)
     with pytest.raises(ValueError, match="return_distance: expected one of"):
         surface.to_mesh(0.1, return_distance=True, return_report=True)
+
+
+@pytest.mark.parametrize("edge", [2.0**-199, 2.0**199])  # of a voxel: almost the shortest and the longest
+def test_edges_of_voxels_only_scale_the_mesh(edge):
+    z, y, x = np.mgrid[-6:7, -6:7, -6:7]
+    one, other = (isospline.Isosurface(isospline.Volume(16 - x * x - y * y - z * z, spacing=h), 0) for h in (1, edge))
+    plain, scaled = one.to_mesh(0.2), other.to_mesh(0.2 * edge)
+    np.testing.assert_array_equal(scaled.faces, plain.faces)
+    np.testing.assert_allclose(scaled.vertices / edge, plain.vertices, atol=1e-9)
+    assert len(other.to_mesh(faces=100).faces) == len(one.to_mesh(faces=100).faces) <= 100

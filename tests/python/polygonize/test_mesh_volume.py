@@ -105,3 +105,37 @@ def test_curved_sheets_keep_the_volume(tolerance):
     volume = mesh.to_trimesh().volume
     assert volume == pytest.approx(expected, rel=1e-3)
     assert report["missing_volume"] == pytest.approx(expected - volume, abs=1e-3 * expected)
+
+
+def torus():
+    z, y, x = (np.arange(size) - (size - 1) / 2 for size in (16, 38, 38))
+    z, y, x = np.meshgrid(z, y, x, indexing="ij")
+    return isospline.Volume(5 - np.hypot(np.hypot(x, y) - 12, z))
+
+
+def noise(degree):
+    rng = np.random.default_rng(6)
+    return isospline.Volume(ndimage.gaussian_filter(rng.normal(size=(9, 10, 11)), 1.5), degree=degree)
+
+
+BOX = isospline.Box((9, 12, 9), (22, 30, 30))
+LEFT = {  # a solid, the tolerance, and the precision relative to its volume
+    "ellipsoid": (lambda: ellipsoid(3)[0], 0.1, 1e-6),
+    "mirrored": (lambda: ellipsoid(2, MIRRORED)[0], 0.1, 1e-6),
+    "cut": (lambda: ellipsoid(clip=BOX, capped=True)[0], 0.3, 1e-6),
+    "torus": (lambda: isospline.Isosurface(torus(), 0), 0.3, 1e-6),
+    "finer torus": (lambda: isospline.Isosurface(torus(), 0), 0.1, 1e-6),
+    "noise": (lambda: isospline.Isosurface(noise(2), 0.01, closed=True), 0.1, 5e-6),
+    "creases": (lambda: isospline.Isosurface(noise(1), 0.01, closed=True), 0.1, 4e-6),
+}
+
+
+@pytest.mark.parametrize("case", LEFT)
+def test_what_the_moves_leave_is_reported(case):
+    """It is as small as the wedges at edges between the normals of faces."""
+    make, tolerance, precision = LEFT[case]
+    surface = make()
+    expected = float(surface.enclosed_volume(tolerance=1e-6))
+    mesh, report = surface.to_mesh(tolerance, return_report=True)
+    left = expected - mesh.to_trimesh().volume
+    assert report["missing_volume"] == pytest.approx(left, abs=precision * expected)

@@ -137,3 +137,19 @@ def test_weights_of_coefficients_are_those_of_the_cell_at_and_beside_knots(rng, 
     assert (weights * values).sum(1) == pytest.approx(volume.sample(points), abs=1e-5)
     expected = volume.sample(points, derivative=1)
     assert (gradients * values[..., None]).sum(1) == pytest.approx(expected, abs=1e-5)
+
+
+@pytest.mark.parametrize("boundary", ["mirror", "periodic"])
+@pytest.mark.parametrize("degree", [0, 1])
+def test_weights_beyond_the_border_are_those_of_the_same_cell(rng, degree, boundary):
+    """Of points on faces of cells up to rounding, where f of degree 0 and the gradient of degree 1 jump."""
+    direction = np.array([[1.0, 0.3, 0.2], [0.0, 1.0, 0.4], [0.0, 0.0, 1.0]])
+    spacing, origin = np.array([0.7, 0.9, 1.4]), np.array([3.0, -2.0, 1.0])
+    grid = {"spacing": spacing, "origin": origin, "direction": direction}
+    volume = isospline.Volume(rng.normal(size=(6, 7, 8)), degree=degree, boundary=boundary, **grid)
+    points = origin + (rng.integers(-9, 24, (2000, 3)) / 2) @ (direction * spacing).T
+    indices, weights, gradients = volume.coefficient_weights(points)
+    values = volume.coefficients.ravel()[indices]
+    assert (weights * values).sum(1) == pytest.approx(volume.sample(points), abs=1e-12)
+    expected = volume.sample(points, derivative=1)
+    assert (gradients * values[..., None]).sum(1) == pytest.approx(expected, abs=1e-12)
