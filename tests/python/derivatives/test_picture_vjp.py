@@ -150,7 +150,8 @@ def test_gradients_are_those_of_converged_pictures(channel):
         if channel == "mask":  # what a camera sees does not change if all moves with it
             assert (gradients["camera"] * CHANGE).sum() == pytest.approx(-found["transform"][-1])
     for name, step in (("level", 4e-3), ("samples", 4e-3), ("transform", 1e-2)):
-        slopes = [(total(seed, **{name: step}) - total(seed, **{name: -step})) / (2 * step) for seed in range(3)]
+        seeds = range(6 if channel == "normals" else 3)  # their differences are noisy
+        slopes = [(total(seed, **{name: step}) - total(seed, **{name: -step})) / (2 * step) for seed in seeds]
         mean, error = statistics(found[name])
         expected, its_error = statistics(slopes)
         size = np.abs(found["level"]).mean() * (0.01 if name == "level" else 0.004)
