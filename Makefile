@@ -9,9 +9,8 @@ bin := .venv/bin
 python := $(bin)/python
 # Files of tests run in parallel, each in one process, in the order of tests/python/conftest.py.
 comma := ,
-# Threads of NumPy would wait for each other. Tests that wait for a browser or a disk leave room for one process more than
-# there are cores.
-pytest = OPENBLAS_NUM_THREADS=1 $(python) -m pytest --numprocesses $$(($$(nproc) + 1)) --dist loadfile --no-loadscope-reorder
+# Each process of tests has a core: threads of NumPy would wait for each other.
+pytest = OPENBLAS_NUM_THREADS=1 $(python) -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 # What is kept outside of the checkout, also for other checkouts: objects that ccache knows, in builds that begin while it is
 # installed; the Debian 13 of test-debian13-rays; which trees of bench/ have passed their tests; and which groups of tests
@@ -79,7 +78,7 @@ say-test-time:
 	@if [ -e build/test-minutes ]; then \
 	    echo "== make test took $$(cat build/test-minutes) minutes the last time"; \
 	else \
-	    echo "== make test takes 9 minutes on two cores once everything is built, and 4 if nothing has changed since it passed"; \
+	    echo "== make test takes 8 minutes on two cores once everything is built, and 4 if nothing has changed since it passed"; \
 	fi
 
 # Tests that are marked as slow are left out.

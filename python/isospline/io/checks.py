@@ -43,7 +43,7 @@ def utf8(path):
 
 
 @contextlib.contextmanager
-def errors_name(file):
+def errors_name_slice(file):
     """Put the name of a broken file, one of a folder, in front of the error message."""
     try:
         yield

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import isolated
-from .checks import check_file, check_samples, errors_name
+from .checks import check_file, check_samples, errors_name_slice
 from .confinement import check_folder_within
 from .dicom_frames import frames_of, is_directory, read_dataset
 from .dicom_pixels import read_samples
@@ -109,7 +109,7 @@ def _frames_of_series(folder, name):
         check_file(file)
         if not _looks_like_a_slice(file):
             continue
-        with errors_name(file):
+        with errors_name_slice(file):
             dataset = read_dataset(file, stop_before_pixels=True)
             if is_directory(dataset):
                 continue

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .checks import check_samples, errors_name, size_text
+from .checks import check_samples, errors_name_slice, size_text
 from .dicom_frames import read_dataset
 
 _PIXELS = ("PixelData", "FloatPixelData", "DoubleFloatPixelData")
@@ -22,7 +22,7 @@ def read_samples(frames, dtype):
     for z, frame in enumerate(frames):
         files.setdefault(frame.file, {})[frame.number] = z
     for file, slices in files.items():
-        with errors_name(file):
+        with errors_name_slice(file):
             for number, samples in enumerate(_stored_samples(file, len(slices))):
                 z = slices[number]
                 if samples.shape != shape[1:]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..base.parameters import printable
 from . import isolated
-from .checks import check_components, check_file, check_samples, errors_name
+from .checks import check_components, check_file, check_samples, errors_name_slice
 from .confinement import check_within
 from .tiff_metadata import calibrated, calibration_of, is_transposed, is_upright, place_of, upright
 from .volume_data import VolumeData, read_isolated
@@ -192,7 +192,7 @@ def load_slice(path):
 def _opened_slice(path, within=None):
     """A tifffile file and its only page, after checks; errors name the file."""
     check_file(path)
-    with errors_name(path), _opened(path, within) as file:
+    with errors_name_slice(path), _opened(path, within) as file:
         series = file.series[0]
         _check_axes(series)
         if len(series.shape) != 2:
