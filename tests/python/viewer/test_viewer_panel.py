@@ -129,7 +129,7 @@ def test_limits_that_are_equal_are_refused(panel):
     select(page, 0)
     page.page.get_by_label("Colour by", exact=True).select_option("mean-curvature")
     first, last = (page.page.get_by_label(f"{name} value") for name in ("First", "Last"))
-    page.wait("document.querySelector('[aria-label=\"Last value\"]')")
+    page.wait("document.querySelector('[aria-label=\"First value\"]')?.value.startsWith('-')")  # 0 until they are known
     usual = last.input_value()
     first.fill(usual)
     first.press("Enter")
