@@ -196,8 +196,7 @@ def test_readme_is_short(repository):
 def test_docs_mention_every_public_name(repository):
     text = "\n".join(read(path) for path in sources(repository / "docs", ".md"))
     missing = [name for name in isospline.__all__ if not re.search(rf"\b{re.escape(name)}\b", text)]
-    reference = re.findall(r"^   (\S+)$", read(repository / "docs" / "reference" / "index.rst"), re.MULTILINE)
-    assert not missing and not set(isospline.__all__) - set(reference)
+    assert not missing
 
 
 def test_public_names_have_docstrings():

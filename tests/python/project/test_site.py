@@ -13,22 +13,23 @@ pytest.importorskip("sphinx")
 pytest.importorskip("playwright")
 from browser import chromium
 
-pytestmark = pytest.mark.long  # the code of the pages and of the gallery runs in other tests, too
+pytestmark = pytest.mark.slow
 
 #: Seconds that the build may take: several times what it takes on two cores.
 LONGEST = 1000
 PAGES = ["index", "tutorial", "gallery/index", "howto/meshes", "method", "benchmarks", "reference/api/isospline.Volume"]
 
 
-@pytest.fixture(scope="module")
-def site(repository):
-    """The folder of the built site."""
+@pytest.fixture(scope="module", params=["text", pytest.param("gallery", marks=pytest.mark.long)])
+def site(repository, request):
+    """The folder of the built site. The code that makes the gallery runs in other tests, too."""
     if "LD_PRELOAD" in os.environ:
         pytest.skip("the site is built without sanitizers")
     folder = repository / "build" / "docs"
     log = folder / "sphinx.log"
     folder.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-X", "faulthandler", "-m", "sphinx", "-W", "--keep-going", "-n", "-q"]
+    command += ["-D", f"plot_gallery={int(request.param == 'gallery')}"]
     with log.open("w", encoding="utf-8") as output:
         process = subprocess.Popen(
             [*command, "-d", folder / "doctrees", repository / "docs", folder / "html"],

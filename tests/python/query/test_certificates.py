@@ -42,7 +42,7 @@ def test_certificates_are_true_and_decide_more(degree, placed):
 
     rng = np.random.default_rng(degree + 10 * placed)
     counts = dict.fromkeys(STATUSES, 0)
-    for _ in range(3):
+    for _ in range(4):
         case = Case(rng, degree, placed=placed)
         rays = case.rays(rng, 8)
         found = case.scene.cast_rays(rays, certify=True)
@@ -56,7 +56,7 @@ def test_certificates_are_true_and_decide_more(degree, placed):
             bound = last.get("bound", 0.0) + 1e-12  # the oracle's point may be beside the lattice, within rounding
             assert case.holds(ray, STATUSES[statement], bounds, bound, 0, np.inf), (ray, certificate)
             assert statement == "undecided" or status in (UNDECIDED, STATUSES[statement])
-    assert min(counts["hit"], counts["miss"]) >= 2 and counts["undecided"] < 6, counts
+    assert min(counts["hit"], counts["miss"]) >= 3 and counts["undecided"] < 6, counts
 
 
 def test_a_hit_is_that_of_cast_rays(scene, hit):

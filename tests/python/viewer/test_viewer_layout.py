@@ -47,7 +47,9 @@ def test_long_names_and_errors_leave_the_controls_in_place(opened, width):
         page.evaluate("(({scrollWidth, clientWidth}) => scrollWidth - clientWidth)(document.getElementById('panel'))")
         <= 0
     )
-    page.page.get_by_role("button", name=f"Close {NAME} (2)").wait_for()  # of two files of the same name, there is one
+    close = page.page.get_by_role("button", name=f"Close {NAME} (2)")  # of two files of the same name
+    close.wait_for()
+    assert close.count() == 1
     stage, messages, views, bar = boxes(page, "#stage", "#messages", "#projection", "#value-bars")
     assert not overlap(messages, views) and messages["right"] <= stage["right"]
     assert stage["left"] <= bar["left"] and bar["right"] <= stage["right"]
