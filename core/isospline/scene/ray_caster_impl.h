@@ -80,6 +80,13 @@ inline std::size_t ray_count(std::span<const RayPacket> packets)
     return count;
 }
 
+/// The items of some rays; none of an empty array.
+template <typename Item>
+std::span<Item> items_of(std::span<Item> all, std::size_t first, std::size_t count)
+{
+    return all.empty() ? all : all.subspan(first, count);
+}
+
 /// Calls `body` with the number of rays of Embree's packets, 4, 8 or 16, as a constant.
 template <typename Body>
 auto dispatch_packet_size(int size, const Body& body)
@@ -121,11 +128,14 @@ struct RayCaster::Impl {
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     /// The largest number of rays in a packet.
     int width() const { return packet_size == 0 ? RayPacket::capacity : packet_size; }
-    /// Whether there is a stream, and it is the fastest way for packets. The rays meet what SeenBy::* says.
-    bool prefers_stream(const Traversal& traversal, bool SeenBy::*meets, std::span<const RayPacket> packets) const
+    /// Whether there is a stream, and it is the fastest way for packets. The rays meet what SeenBy::* says, and
+    /// `sums_depths` tells that all that they cross counts.
+    bool prefers_stream(const Traversal& traversal, bool SeenBy::*meets, std::span<const RayPacket> packets,
+                        bool sums_depths = false) const
     {
-        return !traversal.met.streams.empty() &&
-               (packet_size == 0 || !scene.coherence(meets).suit_packets(packets, traversal.met.others != nullptr));
+        const Met& met = traversal.met;
+        return !met.streams.empty() &&
+               (packet_size == 0 || !scene.coherence(meets).suit_packets(packets, met.others != nullptr, sums_depths));
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);
@@ -161,6 +171,10 @@ struct RayCaster::Impl {
     template <int Size>
     void attenuate_packet(const RayPacket& rays, std::size_t index, const Absorption& absorption,
                           std::span<double> transmitted, std::span<const double> thresholds);
+    /// Adds the depths in what traces no rays in a stream, unless all rays are dark.
+    template <int Size>
+    void add_depths_of_others(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                              std::span<const double> thresholds, PacketDepths& depths);
     template <int Size>
     void attenuate_stream(std::span<const RayPacket> packets, std::size_t index, const Absorption& absorption,
                           std::span<double> transmitted, std::span<const double> thresholds);

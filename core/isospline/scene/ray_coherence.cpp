@@ -29,6 +29,8 @@ constexpr std::size_t most_groups = 16;
 constexpr double tight_spread = 10.0;
 /// With a stream in place of Embree, single rays are faster: a packet breaks even with them at about this spread.
 constexpr double stream_spread = 5.0;
+/// The same where all that rays cross counts, and packets solve the cells of a leaf for several of them.
+constexpr double depths_spread = 7.0;
 /// The same where rays also meet objects without a stream, one by one in Embree.
 constexpr double mixed_spread = 20.0;
 /// Rays of a group within so many cells are those of a row of a picture, and tight once they are sorted.
@@ -105,15 +107,16 @@ std::optional<RayCoherence::Spread> RayCoherence::spread(std::size_t count, cons
     return Spread{of_entries, std::max(of_entries, glm::length(exits.size()) / cell_), rays};
 }
 
-bool RayCoherence::suit_packets(std::span<const RayPacket> packets, bool meets_others) const
+bool RayCoherence::suit_packets(std::span<const RayPacket> packets, bool meets_others, bool sums_depths) const
 {
+    const double limit = meets_others ? mixed_spread : sums_depths ? depths_spread : stream_spread;
     for (const RayPacket& rays : packets) {
         if (rays.count < 2)
             continue;
         // The rays at opposite corners of a tile, or at the ends of a row.
         const auto of_ends = spread(2, [&rays](std::size_t i) { return rays.ray(i == 0 ? 0 : rays.count - 1); });
         if (of_ends && of_ends->rays == 2)
-            return of_ends->largest <= (meets_others ? mixed_spread : stream_spread);
+            return of_ends->largest <= limit;
     }
     return false;
 }

@@ -110,35 +110,44 @@ void RayCaster::Impl::attenuate_packet(const RayPacket& rays, std::size_t index,
 }
 
 template <int Size>
+void RayCaster::Impl::add_depths_of_others(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                                           std::span<const double> thresholds, PacketDepths& depths)
+{
+    const Traversal others{shadow.met.others.get(), nullptr, 0, shadow.met};
+    for (LaneMask rest = find_depths<Size>(others, rays, index, absorption, thresholds); rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const Absorption::Depth found = packet_occlusion->depths.depth[lane];
+        if ((packet_occlusion->undecided >> lane & 1u) != 0)
+            depths.depth[lane] = found; // of all that the ray crosses
+        else
+            depths.add(lane, found);
+    }
+}
+
+template <int Size>
 void RayCaster::Impl::attenuate_stream(std::span<const RayPacket> packets, std::size_t index,
                                        const Absorption& absorption, std::span<double> transmitted,
                                        std::span<const double> thresholds)
 {
-    std::size_t begin = 0;
-    const auto of_packet = [&](auto all, const RayPacket& rays) {
-        return all.empty() ? all : all.subspan(begin, static_cast<std::size_t>(rays.count));
-    };
     std::vector<LaneMask> dark(packets.size());
     std::vector<PacketDepths> depths(packets.size());
-    for (std::size_t i = 0; i < packets.size(); begin += static_cast<std::size_t>(packets[i++].count))
-        depths[i].begin(of_packet(thresholds, packets[i]));
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < packets.size(); ++i) {
+        const auto count = static_cast<std::size_t>(packets[i].count);
+        depths[i].begin(items_of(thresholds, first, count));
+        first += count;
+    }
     PacketStream(scene.instances, shadow.met, packets, index, dark).sum_depths(absorption, depths);
-    begin = 0;
-    for (std::size_t i = 0; i < packets.size(); begin += static_cast<std::size_t>(packets[i++].count)) {
+    first = 0;
+    for (std::size_t i = 0; i < packets.size(); ++i) {
         const RayPacket& rays = packets[i];
+        const auto count = static_cast<std::size_t>(rays.count);
         const LaneMask all = (LaneMask{1} << rays.count) - 1u;
-        if (shadow.met.others != nullptr && dark[i] != all) {
-            const Traversal others{shadow.met.others.get(), nullptr, 0, shadow.met};
-            const LaneMask used =
-                find_depths<Size>(others, rays, index + begin, absorption, of_packet(thresholds, rays));
-            for (LaneMask rest = used; rest != 0; rest &= rest - 1u)
-                // The list of an undecided ray has all its crossings.
-                if (const int lane = std::countr_zero(rest); (packet_occlusion->undecided >> lane & 1u) != 0)
-                    depths[i].depth[lane] = packet_occlusion->depths.depth[lane];
-                else
-                    depths[i].add(lane, packet_occlusion->depths.depth[lane]);
-        }
-        set_transmitted(depths[i], all, of_packet(thresholds, rays), of_packet(transmitted, rays));
+        const auto of_packet = items_of(thresholds, first, count);
+        if (shadow.met.others != nullptr && dark[i] != all)
+            add_depths_of_others<Size>(rays, index + first, absorption, of_packet, depths[i]);
+        set_transmitted(depths[i], all, of_packet, items_of(transmitted, first, count));
+        first += count;
     }
 }
 
@@ -242,24 +251,24 @@ void RayCaster::attenuate(std::span<const RayPacket> packets, std::size_t index,
                           std::span<double> transmitted, std::span<const double> thresholds)
 {
     impl_->check_coherent();
-    const std::size_t count = ray_count(packets);
     for (const RayPacket& rays : packets)
         check_packet(rays, width(), RayPacket::capacity);
+    const std::size_t count = ray_count(packets);
     check_one_per_ray("transmitted", count, transmitted.size());
     if (!thresholds.empty())
         check_one_per_ray("thresholds", count, thresholds.size());
     impl_->ray_count += count;
     const std::vector<std::uint32_t>& streams = impl_->shadow.met.streams;
-    const bool counts = std::ranges::all_of(streams, [&](auto slot) { return absorption.depth(slot).has_value(); });
-    const bool is_stream = counts && impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets);
+    const bool are_even = std::ranges::all_of(streams, [&](auto slot) { return absorption.depth(slot).has_value(); });
+    const bool is_stream = are_even && impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets, true);
     dispatch_packet_size(impl_->packet_size, [&](auto size) {
         if (is_stream)
             return impl_->attenuate_stream<size>(packets, index, absorption, transmitted, thresholds);
-        for (std::size_t begin = 0; const RayPacket& rays : packets) {
-            const auto of_packet = [&](auto all) { return all.subspan(begin, static_cast<std::size_t>(rays.count)); };
-            impl_->attenuate_packet<size>(rays, index + begin, absorption, of_packet(transmitted),
-                                          thresholds.empty() ? thresholds : of_packet(thresholds));
-            begin += static_cast<std::size_t>(rays.count);
+        for (std::size_t first = 0; const RayPacket& rays : packets) {
+            const auto of_packet = static_cast<std::size_t>(rays.count);
+            impl_->attenuate_packet<size>(rays, index + first, absorption, items_of(transmitted, first, of_packet),
+                                          items_of(thresholds, first, of_packet));
+            first += of_packet;
         }
     });
 }
