@@ -53,7 +53,8 @@ class Page:
     """A window with the viewer's page. An error in it ends the test, unless it contains one of the `expected` texts."""
 
     def __init__(self, browser, url, size=SIZE, expected=()):
-        self.page = browser.new_page(reduced_motion="reduce")  # what moves would be found where it is not yet
+        self.page = browser.new_page()
+        self.page.emulate_media(reduced_motion="reduce")  # what moves would be found where it is not yet
         self.page.set_viewport_size({"width": size[0], "height": size[1]})
         self.problems = []
         self.expected = expected
