@@ -50,7 +50,7 @@ class StackSource(Source):
             report((number + 1) / self.shape[0])
         staged = RawSource(path, self.shape, self.dtype)
         staged.identity = self.identity
-        return staged.move(**self.frame, unit=self.unit)
+        return staged.move(**self.frame, unit=self.unit, patient=self.patient)
 
 
 class FilesSource(StackSource):
@@ -186,7 +186,7 @@ def open_dicom(path: Path, name: str | None) -> Source | None:
     if found is None:
         return None
     source = FilesSource(found.files, found.shape, found.dtype, functools.partial(read_dicom_slice, found.dtype))
-    return source.move(**found.frame, unit="millimeter", patient=True)
+    return source.move(**found.frame, unit="millimeter")
 
 
 def read_dicom_slice(dtype: np.dtype[Any], path: Path) -> NDArray[Any]:
