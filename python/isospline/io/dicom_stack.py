@@ -7,6 +7,8 @@ import numpy as np
 # The largest deviation of a slice from its place in an even series, as a fraction of the distance of slices. Positions
 # are stored as decimal text, often rounded to 1/100 mm.
 TOLERANCE = 0.02
+# What the error for a segmentation of several segments advises.
+ADVICE = "Labels.read(path) reads all of them"
 
 
 def arrange(frames):
@@ -102,9 +104,7 @@ def check_one_segment(frames):
     segments = list(dict.fromkeys(frame.segment for frame in frames))
     if len(segments) > 1:
         names = ", ".join(each or "frames of none" for each in segments)
-        raise ValueError(
-            f"expected a mask of one segment, got {len(segments)}: {names}; Labels.read(path) reads all of them"
-        )
+        raise ValueError(f"expected a mask of one segment, got {len(segments)}: {names}; {ADVICE}")
 
 
 def _check_alike(frames):
