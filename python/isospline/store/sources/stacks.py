@@ -72,7 +72,7 @@ class PagesSource(StackSource):
 
     def __init__(self, path: Path, shape: Any, dtype: Any) -> None:
         self._path = path
-        super().__init__(shape, dtype, identity_of(path))
+        super().__init__(shape, dtype, identity_of(path, *tiff.sample_files(path)))
 
     def slices(self, first: int) -> Iterator[NDArray[Any]]:
         size = int(np.prod(self.shape[1:])) * self.dtype.itemsize
