@@ -21,6 +21,7 @@ namespace {
 constexpr double largest_step = 0.5;
 /// Planes at a smaller angle count as parallel.
 constexpr double least_sine = 1e-3;
+constexpr glm::dmat3 unit_vectors(1.0);
 
 /// Calls `visit` with the barycentric coordinates of the points of a quadrature on a triangle, all of the same weight:
 /// it is cut into `count`^2 equal parts, and each has the three points of the rule that is exact for quadratic
@@ -44,6 +45,20 @@ void for_each_point(int count, const Visit& visit)
             if (i + j + 1 < count)
                 visit_part(at + along_first, at + along_first + along_second, at + along_second);
         }
+}
+
+/// Whether a point is on a face across an axis with a kept cell on one side alone: at the border of the volume, or
+/// where the mask ends.
+bool is_between_kept_and_removed(const IsosurfaceSnapshot& surface, const glm::dvec3& point, int axis)
+{
+    if (point[axis] != std::floor(point[axis]))
+        return false;
+    const glm::ivec3 shape = surface.volume().cell_shape();
+    glm::ivec3 above = glm::min(glm::ivec3(point), shape - 1), below = above;
+    above[axis] = static_cast<int>(point[axis]);
+    below[axis] = above[axis] - 1;
+    const bool is_above_kept = above[axis] < shape[axis] && surface.kept_cells().contains(above);
+    return is_above_kept != (below[axis] >= 0 && surface.kept_cells().contains(below));
 }
 
 /// Flags of the vertices at borders and on caps.
@@ -150,8 +165,9 @@ typename VolumePreservation<Degree>::Between VolumePreservation<Degree>::between
     return {volume_along(corners, {normal, normal, normal}, care_of_moves), area};
 }
 
-/// Directions at the vertices, in the world: the normals of the isosurface's faces around them, on a cap along its
-/// plane. What is between neighbouring faces and the surface then does not overlap, and ends at the caps.
+/// Directions at the vertices, in the world: the normals of the isosurface's faces around them, on a cap and at an end
+/// along its plane. What is between neighbouring faces and the surface then does not overlap, and ends where the solid
+/// does.
 template <int Degree>
 std::vector<glm::dvec3> VolumePreservation<Degree>::directions(const LabeledMesh& mesh) const
 {
@@ -163,20 +179,30 @@ std::vector<glm::dvec3> VolumePreservation<Degree>::directions(const LabeledMesh
         for (int corner = 0; corner < 3; ++corner)
             directions[mesh.faces[i][corner]] += area;
     }
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
-        if (mesh.labels[i] == on_isosurface)
+    const auto keep_in_plane = [&](std::size_t vertex, const glm::dvec3& normal_lattice) {
+        const glm::dvec3 plane = glm::normalize(normal_lattice * metric_.to_lattice);
+        // A vertex of two planes has the direction of the line where they meet.
+        const glm::dvec3 across = plane - glm::dot(plane, planes[vertex]) * planes[vertex];
+        if (glm::length(across) < least_sine)
+            return;
+        planes[vertex] = glm::normalize(across);
+        directions[vertex] -= glm::dot(directions[vertex], planes[vertex]) * planes[vertex];
+    };
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
+        if (mesh.labels[i] != on_isosurface)
+            for (int corner = 0; corner < 3; ++corner)
+                keep_in_plane(mesh.faces[i][corner], field_.surface().planes().all()[mesh.labels[i] - 1].normal);
+    const std::vector<std::uint8_t> is_end = ends_of_isosurface(mesh);
+    for (std::size_t i = 0; i < is_end.size(); ++i) {
+        if (is_end[i] == 0)
             continue;
-        const glm::dvec3 plane =
-            glm::normalize(field_.surface().planes().all()[mesh.labels[i] - 1].normal * metric_.to_lattice);
-        for (int corner = 0; corner < 3; ++corner) {
-            const std::uint32_t vertex = mesh.faces[i][corner];
-            // A vertex of two caps has the direction of the line where they meet.
-            const glm::dvec3 across = plane - glm::dot(plane, planes[vertex]) * planes[vertex];
-            if (glm::length(across) < least_sine)
-                continue;
-            planes[vertex] = glm::normalize(across);
-            directions[vertex] -= glm::dot(directions[vertex], planes[vertex]) * planes[vertex];
-        }
+        const glm::dvec3& vertex = mesh.vertices[i];
+        for (int axis = 0; axis < 3; ++axis)
+            if (is_between_kept_and_removed(field_.surface(), vertex, axis))
+                keep_in_plane(i, unit_vectors[axis]);
+        for (const HalfSpace& half_space : field_.surface().clip_lattice())
+            if (std::abs(glm::dot(half_space.normal, vertex) - half_space.offset) < plane_margin)
+                keep_in_plane(i, half_space.normal);
     }
     for (glm::dvec3& direction : directions)
         if (const double length = glm::length(direction); length > 0.0)

@@ -32,7 +32,8 @@ public:
     /// the mesh has many faces of the mesh before, with the same numbers of vertices.
     void move(LabeledMesh& mesh, const std::vector<std::uint8_t>& stays, const Progress& progress);
     /// The volume that the surface encloses and the mesh does not, less that which the mesh alone encloses, in world
-    /// units cubed, as measured at points of the faces.
+    /// units cubed, as measured at points of the faces. At the border of the volume, of the mask and of the clip, open
+    /// ends count as closed by flat lids.
     double missing_volume(const LabeledMesh& mesh, const Progress& progress) const;
 
 private:

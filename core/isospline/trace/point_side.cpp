@@ -9,17 +9,11 @@
 
 namespace isospline {
 
-namespace {
-
-/// Whether a point may be that of a sample which the model interpolates.
 bool is_at_sample(const Volume& volume, const glm::dvec3& lattice, double coordinate_error)
 {
     const glm::dvec3 index = lattice - volume.lattice_shift();
-    return volume.interpolates() &&
-           glm::all(glm::lessThanEqual(glm::abs(index - glm::round(index)), glm::dvec3(coordinate_error)));
+    return glm::all(glm::lessThanEqual(glm::abs(index - glm::round(index)), glm::dvec3(coordinate_error)));
 }
-
-} // namespace
 
 Side side_in_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error,
                   const glm::ivec3& cell)
@@ -44,7 +38,7 @@ Side side_in_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, 
         if (std::abs(value) > of_brick)
             return static_cast<Side>(sign * value > 0.0);
         double error = value_error<degree>(coefficients, coordinate_error);
-        if (is_at_sample(volume, lattice, coordinate_error))
+        if (volume.interpolates() && is_at_sample(volume, lattice, coordinate_error))
             error += sample_error(largest_magnitude<degree>(CellCoefficients(coefficients, 0.0, cell)));
         return side_of(value - error, value + error, sign);
     });

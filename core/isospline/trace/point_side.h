@@ -23,6 +23,9 @@ inline bool is_in_domain(const IsosurfaceSnapshot& surface, const glm::dvec3& la
            lattice.x <= last.x && lattice.y <= last.y && lattice.z <= last.z;
 }
 
+/// Whether a point may be that of a sample.
+bool is_at_sample(const Volume& volume, const glm::dvec3& lattice, double coordinate_error);
+
 /// Whether a point may be in all half-spaces of the clip.
 inline bool is_in_clip(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error)
 {

@@ -65,11 +65,22 @@ def _frames_of(path, shape):
             raise ValueError(f"{path}: expected a time series, got a store of one volume: render it without --frames")
         return [(step.name, step) for step in steps], True
     files = [file for file in sorted(path.iterdir(), key=_by_number) if _is_volume(file)]
-    named = {part for file in files if file.is_file() for part in files_of(file, shape)[1:]}  # by the headers
-    files = [file for file in files if os.path.realpath(file) not in named]
+    files = _without_named(files, shape)
     if not files:
         raise ValueError(f"{path}: expected a folder of volumes, got none in it")
     return [(file.name, file) for file in files], False
+
+
+def _without_named(files, shape):
+    """Files without those that headers of others name; of OME-TIFF files that name each other, the first one stays."""
+    named = {os.path.realpath(file): files_of(file, shape)[1:] for file in files if file.is_file()}
+    left: dict[str, Path] = {}
+    for file in files:
+        own = os.path.realpath(file)
+        others = [other for other, names in named.items() if own in names]
+        if not any(other in left or other not in named.get(own, ()) for other in others):
+            left[own] = file
+    return list(left.values())
 
 
 def _is_volume(path):

@@ -7,11 +7,12 @@ import json
 import isospline
 
 from ..colors import color_of
+from ..io.dicom_stack import ADVICE
 from ..io.label_map import count_of_labels
 from ..labels.segments import find
 from ..labels.surfaces import SMOOTHING
 from .given import MODEL, refuse_with, refuse_without
-from .store import OF_STORES
+from .store import OF_STORES, opened
 from .summary import unit_power
 from .write import writing
 
@@ -51,6 +52,17 @@ def given_labels(arguments, reading):
         return None
     refuse_with(arguments, _OF_VOLUMES, "a label map")
     return isospline.Labels.read(arguments.file, **reading)
+
+
+def opened_or_labels(arguments, read, reading):
+    """What `opened` gives, and None; of a DICOM segmentation of several segments its first layer, and its label map."""
+    try:
+        return opened(arguments, read), None
+    except ValueError as error:
+        if ADVICE not in str(error):
+            raise
+    labels = isospline.Labels.read(arguments.file, **reading(arguments))
+    return labels.source, labels
 
 
 def recognized_labels(data, arguments, reading, say):

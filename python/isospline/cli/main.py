@@ -27,7 +27,7 @@ from .demo import make_demo
 from .frames import render_frames
 from .given import MODEL, READING, given, keywords, refuse_without
 from .interrupts import heard_interrupts
-from .labels import given_labels, label_surfaces, measure_labels, recognized_labels, set_colors
+from .labels import given_labels, label_surfaces, measure_labels, opened_or_labels, recognized_labels, set_colors
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
 from .light_options import TONE, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
@@ -84,8 +84,10 @@ def info(arguments):
     """Print a summary of a file."""
     from .summary import describe, summarize
 
-    data = opened(arguments, _read)
-    summary = data.summary(arguments.file) if isinstance(data, Store) else summarize(data, arguments.file)
+    data, labels = opened_or_labels(arguments, _read, _reading)
+    summary = (
+        data.summary(arguments.file) if isinstance(data, Store) else summarize(data, arguments.file, labels=labels)
+    )
     if arguments.json:
         print(json.dumps(summary, indent=2))
         return

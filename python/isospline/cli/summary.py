@@ -18,13 +18,35 @@ _COMPONENT_COLUMNS = ("enclosed_volumes", "areas", "cell_counts", "bounds")
 PATIENT = "x runs to the left, y to the back, z to the head"
 
 
-def summarize(volume, path, levels=3):
-    """Numbers about a VolumeData, of types that JSON supports; vectors are (x, y, z), a matrix is a list of rows."""
+def summarize(volume, path, levels=3, labels=None):
+    """Numbers about a VolumeData, of types that JSON supports; vectors are (x, y, z), a matrix is a list of rows.
+
+    Of a label map, segments are in the place of numbers about its samples.
+    """
     data = volume.data
+    about = _about(volume, path)
+    if labels is not None:
+        table = labels.table()
+        columns = table.numbers.tolist(), table.names.tolist(), table.voxel_counts.tolist()
+        return {**about, "segments": [dict(zip(("number", "name", "voxels"), row)) for row in zip(*columns)]}
     values, counts = histogram(data)
     mean = np.average(values, weights=counts)
     edges = np.linspace(values[0], values[-1], (ROWS if len(values) > 1 else 1) + 1)
     rows = np.histogram(values, edges, weights=counts)[0] if len(values) > 1 else counts
+    return {
+        **about,
+        "minimum": float(data.min()),
+        "maximum": float(data.max()),
+        "mean": float(mean),
+        "standard_deviation": float(math.sqrt(np.average((values - mean) ** 2, weights=counts))),
+        "histogram": {"edges": edges.tolist(), "counts": rows.astype(int).tolist()},
+        "suggested_levels": levels_of_histogram(values, counts, levels),
+    }
+
+
+def _about(volume, path):
+    """The format of a VolumeData, and its place."""
+    data = volume.data
     return {
         "path": str(path),
         "format": volume.format,
@@ -37,12 +59,6 @@ def summarize(volume, path, levels=3):
         "unit": volume.unit,
         "patient": volume.patient,
         "bounds": bounds_of(volume),
-        "minimum": float(data.min()),
-        "maximum": float(data.max()),
-        "mean": float(mean),
-        "standard_deviation": float(math.sqrt(np.average((values - mean) ** 2, weights=counts))),
-        "histogram": {"edges": edges.tolist(), "counts": rows.astype(int).tolist()},
-        "suggested_levels": levels_of_histogram(values, counts, levels),
     }
 
 
@@ -67,6 +83,12 @@ def describe(summary, width=80, unicode=True):
         f"  patient    {patient}",
         f"  from       {_numbers(lower)}{unit}",
         f"  to         {_numbers(upper)}{unit}",
+    ]
+    if "segments" in summary:
+        lines.append(f"  segments   {len(summary['segments'])}   (--labels of render and measure)")
+        lines += [f"    {each['number']:>6}  {each['name']}, {each['voxels']} voxels" for each in summary["segments"]]
+        return "\n".join(line.rstrip() for line in lines)
+    lines += [
         f"  range      {summary['minimum']:.6g} to {summary['maximum']:.6g}, mean {summary['mean']:.6g}, "
         f"standard deviation {summary['standard_deviation']:.6g}",
         f"  levels     {_numbers(summary['suggested_levels']) or 'none: all samples are the same'}   (suggested)",

@@ -9,6 +9,7 @@ import numpy as np
 
 import isospline
 
+from ..io.dicom_stack import ADVICE
 from ..picture.sequences import check_folder, is_video, numbered, write_sequence
 from .given import keywords
 from .record import turntable_record
@@ -71,10 +72,10 @@ def _recorded(arguments, frames, images):
 
 
 def error_text(error):
-    """The text of an error in one line."""
+    """The text of an error in one line, with the advice for the command line."""
     if isinstance(error, OSError) and error.strerror:
         name = "''" if error.filename == "" else error.filename
         text = f"{name}: {error.strerror}" if name else error.strerror
     else:
-        text = str(error)
+        text = str(error).replace(ADVICE, "--labels of render and measure reads all of them")
     return " ".join(text.split())

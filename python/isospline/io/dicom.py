@@ -12,6 +12,7 @@ from .checks import check_file, check_samples, errors_name_slice
 from .confinement import check_folder_within
 from .dicom_frames import frames_of, is_directory, read_dataset
 from .dicom_pixels import read_samples
+from .dicom_segments import load_mask
 from .dicom_stack import arrange, samples_type
 from .told import warn_of_place
 from .volume_data import VolumeData, read_isolated, volume_of
@@ -97,9 +98,11 @@ def load_slice(path, dtype):
 
 
 def _load(frames):
+    if all(frame.segment_number for frame in frames):
+        return load_mask(frames)
     frames, place, told = arrange(frames)
     samples = read_samples(frames, samples_type(frames))
-    return vars(VolumeData(samples, **place, patient=True)) | told
+    return vars(VolumeData(samples, **place, unit="mm")) | told
 
 
 def _frames_of_series(folder, name):

@@ -41,7 +41,9 @@ class Frame:
     intercept: float
     spacing: tuple[float, float]
     thickness: float | None  # the distance of slices that the file tells, which positions override
+    between: float | None  # the same, if it is that of their middles, and not how thick they are
     direction: Any  # (6,) of rows and of columns
+    is_oriented: bool  # whether the file tells the direction, and thus how the patient lies
     position: Any  # (3,) of the first sample
     is_placed: bool  # whether the file tells the position
     segment_number: int  # of the segment of which it is a mask, or 0
@@ -113,7 +115,10 @@ def frames_of(file, dataset):
     frames = []
     for number, groups in enumerate(_groups_of(dataset, count)):
         slope, intercept = _scaling(dataset, groups)
-        direction, position, is_placed, thickness = _place(dataset, groups, number)
+        oriented = _direction(dataset, groups)
+        direction = np.array([1.0, 0, 0, 0, 1, 0]) if oriented is None else oriented
+        thickness, between = _distances(dataset, groups)
+        position, is_placed = _position(dataset, groups, number, direction, thickness)
         spacing, spacing_name = _spacing(dataset, groups)
         frames.append(
             Frame(
@@ -130,7 +135,9 @@ def frames_of(file, dataset):
                 intercept=intercept,
                 spacing=spacing,
                 thickness=thickness,
+                between=between,
                 direction=direction,
+                is_oriented=oriented is not None,
                 position=position,
                 is_placed=is_placed,
                 segment_number=_segment_number(groups) or 0,
@@ -244,32 +251,45 @@ def _segment(dataset, groups):
     return printable(f"{number} ({label})" if label else f"{number}")
 
 
-def _place(dataset, groups, number):
-    """Direction and position of a frame, whether the file tells it, and the distance of slices that it tells."""
-    # Of nuclear medicine, whose files have no functional groups.
-    detector = list(dataset.get("DetectorInformationSequence") or ())[:1]
+def _detector(dataset):
+    """The detector of nuclear medicine, whose files have no functional groups, in a list; an empty one for others."""
+    return list(dataset.get("DetectorInformationSequence") or ())[:1]
+
+
+def _direction(dataset, groups):
+    """The directions of rows and of columns, (6,), or None if the file does not tell them."""
     direction = _lookup(dataset, groups, "PlaneOrientationSequence", "ImageOrientationPatient")
     if direction is None:
-        direction = detector[0].get("ImageOrientationPatient") if detector else None
-    direction = _numbers(direction or (1, 0, 0, 0, 1, 0), "ImageOrientationPatient", 6)
+        direction = next((each.get("ImageOrientationPatient") for each in _detector(dataset)), None)
+    if not direction:
+        return None
+    direction = _numbers(direction, "ImageOrientationPatient", 6)
     lengths = np.linalg.norm(direction.reshape(2, 3), axis=1)
     if not np.allclose(lengths, 1, atol=0.01) or abs(direction[:3] @ direction[3:]) > 0.01:
         raise ValueError(f"expected two perpendicular directions as ImageOrientationPatient, got {direction.tolist()}")
-    direction = direction / np.repeat(lengths, 3)
+    return direction / np.repeat(lengths, 3)
 
+
+def _distances(dataset, groups):
+    """The distance of slices that the file tells, and the same if it is that of their middles; None for what is not."""
     names = ("SpacingBetweenSlices", "SliceThickness")
-    told = ((name, _lookup(dataset, groups, "PixelMeasuresSequence", name)) for name in names)
-    lengths = (float(_numbers(value, name, 1)[0]) for name, value in told if value is not None)
-    thickness = next((length for length in lengths if length), None)
+    told = {name: _lookup(dataset, groups, "PixelMeasuresSequence", name) for name in names}
+    lengths = {name: float(_numbers(value, name, 1)[0]) for name, value in told.items() if value is not None}
+    return next((length for length in lengths.values() if length), None), lengths.get(names[0]) or None
+
+
+def _position(dataset, groups, number, direction, thickness):
+    """The position of a frame, and whether the file tells it."""
     position = _lookup_group(groups, "PlanePositionSequence", "ImagePositionPatient")
     if position is not None:
-        return direction, _numbers(position, "ImagePositionPatient", 3), True, thickness
+        return _numbers(position, "ImagePositionPatient", 3), True
     # The position of the first frame, and a distance of each other from it.
-    position = next((found for each in (dataset, *detector) if (found := each.get("ImagePositionPatient"))), None)
+    sources = (dataset, *_detector(dataset))
+    position = next((found for each in sources if (found := each.get("ImagePositionPatient"))), None)
     first = _numbers(position or (0, 0, 0), "ImagePositionPatient", 3)
     if number:
         first = first + np.cross(direction[:3], direction[3:]) * _offset(dataset, number, thickness)
-    return direction, first, position is not None, thickness
+    return first, position is not None
 
 
 def _offset(dataset, number, thickness):

@@ -9,7 +9,7 @@ import numpy as np
 from .checks import check_samples
 from .dicom_frames import frames_of, read_dataset
 from .dicom_pixels import read_samples
-from .dicom_stack import grid_of
+from .dicom_stack import check_one_segment, grid_of
 from .volume_data import VolumeData
 
 # The number of no segment in label maps, which may describe it like one.
@@ -32,7 +32,15 @@ def load_segmentation(path):
         layers, layer_of = _layers_of_masks(frames, slices, count)
     data = layers[0] if len(layers) == 1 else np.stack(layers, axis=-1)
     segments = [_described(item, layer_of) for item in dataset.SegmentSequence if item.SegmentNumber != _BACKGROUND]
-    return {**vars(VolumeData(data, **place, patient=True)), **told, "segments": segments}
+    return {**vars(VolumeData(data, **place, unit="mm")), **told, "segments": segments}
+
+
+def load_mask(frames):
+    """The mask of the only segment, as `read_volume` reads it. Slices without a frame are empty."""
+    check_one_segment(frames)
+    slices, count, place, told = grid_of(frames)
+    (data,) = _layers_of_map(frames, slices, count)
+    return {**vars(VolumeData(data, **place, unit="mm")), **told}
 
 
 def _layers_of_map(frames, slices, count):

@@ -7,6 +7,8 @@ import numpy as np
 # The largest deviation of a slice from its place in an even series, as a fraction of the distance of slices. Positions
 # are stored as decimal text, often rounded to 1/100 mm.
 TOLERANCE = 0.02
+# What the error for a segmentation of several segments advises.
+ADVICE = "Labels.read(path) reads all of them"
 
 
 def arrange(frames):
@@ -15,21 +17,22 @@ def arrange(frames):
     Returns them, the volume's place, and what is `of_spacing` to tell, if there is something.
     """
     first = frames[0]
-    _check_one_segment(frames)
+    check_one_segment(frames)
     _check_alike(frames)
     normal = first.normal
     step = normal * abs(first.thickness or 1.0)
     if len(frames) > 1:
         frames = sorted(frames, key=lambda frame: float(frame.position @ normal))
         step = _even_step(frames)
-    return frames, _place(frames[0], step), _told(frames)
+    return frames, _place(frames, frames[0], step), _told(frames)
 
 
 def grid_of(frames):
     """The slice of each frame, the number of slices, the volume's place, and what `arrange` tells.
 
-    Several frames may be in a slice, and slices may have none, as in segmentations; their smallest distance is that of
-    slices.
+    Several frames may be in a slice, and slices may have none, as in segmentations. The distance of slices is the one
+    that the file tells, SpacingBetweenSlices, if the smallest distance of frames is a multiple of it, and otherwise the
+    latter.
     """
     _check_alike(frames)
     normal = frames[0].normal
@@ -38,23 +41,36 @@ def grid_of(frames):
     gaps = np.diff(np.sort(along))
     gaps = gaps[gaps > 1e-4 * np.ptp(along)]  # others are between frames of one slice
     if not len(gaps):
-        return [0] * len(frames), 1, _place(first, normal * abs(first.thickness or 1.0)), _told(frames)
-    count = round(float(np.ptp(along) / gaps.min()))
+        return [0] * len(frames), 1, _place(frames, first, normal * abs(first.thickness or 1.0)), _told(frames)
+    count = round(float(np.ptp(along) / _distance(float(gaps.min()), first.between)))
     step = (last.position - first.position) / count
     slices = np.round((along - along.min()) / (step @ normal)).astype(int)
     positions = np.array([frame.position for frame in frames])
     off = np.linalg.norm(positions - first.position - slices[:, None] * step, axis=1)
     if (off > TOLERANCE * np.linalg.norm(step)).any():
         raise ValueError(f"expected evenly spaced slices, got distances from {gaps.min():g} to {gaps.max():g}")
-    return slices.tolist(), count + 1, _place(first, step), _told(frames)
+    return slices.tolist(), count + 1, _place(frames, first, step), _told(frames)
 
 
-def _place(first, step):
+def _distance(gap, between):
+    """The distance of slices, of the smallest distance of frames and the distance of slices that the file tells."""
+    if between is None:
+        return gap
+    multiple = max(round(gap / abs(between)), 1)
+    return gap / multiple if abs(gap / multiple - abs(between)) <= TOLERANCE * abs(between) else gap
+
+
+def _place(frames, first, step):
     """The place of a volume with this first frame, and this vector from one slice to the next."""
     distance = float(np.linalg.norm(step))
     # The third axis runs along the slices' positions; with a tilted gantry, this is not their normal.
     direction = np.stack([first.direction[:3], first.direction[3:], step / distance], axis=1)
-    return {"spacing": (*first.spacing, distance), "origin": first.position.tolist(), "direction": direction}
+    return {
+        "spacing": (*first.spacing, distance),
+        "origin": first.position.tolist(),
+        "direction": direction,
+        "patient": all(frame.is_oriented for frame in frames),
+    }
 
 
 def _told(frames):
@@ -83,14 +99,12 @@ def samples_type(frames):
     return np.dtype("f8")
 
 
-def _check_one_segment(frames):
+def check_one_segment(frames):
     """Check that frames are masks of one segment, or of none."""
     segments = list(dict.fromkeys(frame.segment for frame in frames))
     if len(segments) > 1:
         names = ", ".join(each or "frames of none" for each in segments)
-        raise ValueError(
-            f"expected a mask of one segment, got {len(segments)}: {names}; Labels.read(path) reads all of them"
-        )
+        raise ValueError(f"expected a mask of one segment, got {len(segments)}: {names}; {ADVICE}")
 
 
 def _check_alike(frames):

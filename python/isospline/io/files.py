@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from . import dicom, metaimage, nrrd
+from . import dicom, metaimage, nrrd, tiff
 from .folders import tiff_slices
 from .read import errors_name
 
@@ -14,6 +14,7 @@ from .read import errors_name
 _HEADERS = {
     (".nrrd", ".nhdr"): ("NRRD", nrrd.sample_files),
     (".mha", ".mhd"): ("MetaImage", metaimage.sample_files),
+    tiff.SUFFIXES: ("TIFF", tiff.sample_files),
 }
 
 

@@ -48,6 +48,12 @@ def read_folder(path, *, within=None):
     return read_isolated("isospline.io.tiff:load_folder", path, LIBRARIES, within=_text(within))
 
 
+def sample_files(path):
+    """The further files of samples that OME's metadata of a file name, and that exist."""
+    found = isolated.call("isospline.io.tiff:load_names", path, LIBRARIES)["names"]
+    return [file for name in found if (file := path.parent / name).is_file()]
+
+
 def find_slices(path):
     """The slices of a folder, checked, but not read: a dict of `files`, `shape` and `dtype` of each, and `place`."""
     return isolated.call("isospline.io.tiff:load_slices", path, LIBRARIES)
@@ -91,6 +97,12 @@ def load_layout(path):
             "begin": series.dataoffset if calibration is None and is_upright(file) else None,
             "pages": len(series.pages),
         }
+
+
+def load_names(path):
+    """The names of `sample_files`, in this process."""
+    with _quiet():
+        return {"names": sorted(_names_in(Path(path)))}
 
 
 def load_pages(path, first, last):
@@ -140,15 +152,20 @@ def _opened(path, within):
             yield file
 
 
-def _names_files(path, within):
-    """Whether OME's metadata name further files, after checking that these are in a folder."""
+def _names_in(path):
+    """The names of further files in OME's metadata."""
     import tifffile
 
     with tifffile.TiffFile(path, _multifile=False) as file:
         if not file.is_ome or getattr(file, "is_mmstack", False) or getattr(file, "is_ndtiff", False):
-            return False
+            return set()
         elements = list(xml.etree.ElementTree.fromstring(file.ome_metadata or "").iter())
-    names = {element.get(key) for element in elements for key in ("FileName", "MetadataFile")} - {None, path.name}
+    return {element.get(key) for element in elements for key in ("FileName", "MetadataFile")} - {None, path.name}
+
+
+def _names_files(path, within):
+    """Whether OME's metadata name further files, after checking that these are in a folder."""
+    names = _names_in(path)
     for name in names:
         check_within(path.parent / name, within)
     return bool(names)

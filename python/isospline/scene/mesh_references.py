@@ -42,7 +42,10 @@ _BLOCK = 1 << 16
 
 
 def referenced_files(path: str | os.PathLike[str]) -> list[str]:
-    """The files with parts of a mesh that its file refers to, with links resolved: buffers of glTF, and includes."""
+    """The files with parts of a mesh that its file refers to, with links resolved.
+
+    These are buffers of glTF, includes of Abaqus, the numbers of XDMF, and the other file of a pair of TetGen.
+    """
     path, found = Path(path), []
     with errors_name(path, "a mesh"):
         if path.suffix.lower() in (".glb", ".gltf"):
@@ -50,6 +53,10 @@ def referenced_files(path: str | os.PathLike[str]) -> list[str]:
             found = [path.parent / part for name in names for part in (name, name.lstrip("/"), os.path.basename(name))]
         elif path.suffix.lower() == ".inp":
             found = _all_includes(path, set())
+        elif path.suffix.lower() in (".xdmf", ".xmf"):
+            found = _files_of_xdmf(path)
+        elif path.suffix in (".ele", ".node"):
+            found = [path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix])]
     return list(dict.fromkeys(os.path.realpath(file) for file in found if file.is_file()))
 
 
@@ -78,6 +85,26 @@ def _all_includes(path, found):
             found.add(included)
             _all_includes(included, found)
     return sorted(found)
+
+
+def _files_of_xdmf(path):
+    """The files with numbers that a file of XDMF names, as meshio finds them: of HDF5 beside it, and binary ones."""
+    texts: list[tuple[str, list[str]]] = []
+
+    def begin(name, attributes):
+        texts.append((attributes.get("Format", "") if name == "DataItem" else "", []))
+
+    def add(text):
+        if texts and texts[-1][0] in ("HDF", "Binary"):
+            texts[-1][1].append(text)
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.CharacterDataHandler = begin, add
+    with open(path, "rb") as file:
+        parser.ParseFile(file)
+    named = [(kind, "".join(parts).strip()) for kind, parts in texts if parts]
+    folder = Path(os.path.realpath(path)).parent
+    return [folder / text.partition(":")[0] if kind == "HDF" else Path(text) for kind, text in named]
 
 
 def _includes(path):

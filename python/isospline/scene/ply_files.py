@@ -61,20 +61,43 @@ def read_ply(path):
         content = file.read()
     found = (_read_text if is_text else _read_binary)(content, elements)
     points = {name: values for name, (sizes, values) in found.get("vertex", {}).items() if sizes is None}
-    lists = {name: part for name, part in found.get("face", {}).items() if part[0] is not None}
     vertices = _columns(points, "xyz")
     if vertices is None:
         raise ValueError("expected elements vertex with the properties x, y and z")
-    names = [name for name in lists if name in ("vertex_indices", "vertex_index")] or list(lists)
-    sizes, corners = lists[names[0]] if names else (np.zeros(0, int), np.zeros(0, int))
+    sizes, corners = _indices(found.get("face", {}))
+    strips = _triangles_of_strips(*_indices(found.get("tristrips", {})))
     return polygon_mesh(
         vertices.astype(float),
-        sizes,
-        corners.astype(np.int64),
+        np.concatenate([sizes, np.full(len(strips), 3)]),
+        np.concatenate([corners, strips.ravel()]),
         _columns(points, ("nx", "ny", "nz")),
         _columns(points, ("red", "green", "blue")),
         [(name, points[name]) for name in names_of_values(points)],
     )
+
+
+def _indices(properties):
+    """The lengths and the numbers of an element's lists of vertices; empty ones if it has none."""
+    lists = {name: part for name, part in properties.items() if part[0] is not None}
+    names = [name for name in lists if name in ("vertex_indices", "vertex_index")] or list(lists)
+    sizes, corners = lists[names[0]] if names else (np.zeros(0, np.int64), np.zeros(0, np.int64))
+    return sizes, corners.astype(np.int64)
+
+
+def _triangles_of_strips(sizes, corners):
+    """The triangles of strips, (N, 3), all with one orientation. A list may have several strips, with -1 between them.
+
+    Triangles with a vertex twice, which join strips, are left out.
+    """
+    first = np.arange(max(len(corners) - 2, 0))
+    is_begin = np.zeros(len(corners) + 1, bool)
+    is_begin[np.cumsum(sizes) - sizes] = True
+    is_begin[1:] |= corners == -1
+    begins = np.maximum.accumulate(np.where(is_begin, np.arange(len(is_begin)), 0))[first + 2]
+    first = first[(begins <= first) & (corners[first + 2] != -1)]
+    is_odd = (first - begins[first]) % 2
+    triangles = np.stack([corners[first + is_odd], corners[first + 1 - is_odd], corners[first + 2]], axis=1)
+    return triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
 
 
 def _columns(points, names):

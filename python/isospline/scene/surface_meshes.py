@@ -141,7 +141,8 @@ class SurfaceMeshes(_core.Isosurface):
               edges, by exact arithmetic.
             - ``missing_volume``: the volume that the surface encloses and the mesh does not, less that which the mesh
               alone encloses, in world units cubed. An estimate, from the height of the surface at points of the faces;
-              too small where the tolerance is not small against the radius of curvature.
+              too small where the tolerance is not small against the radius of curvature. A mesh that is open at the
+              border of the volume, at a clip or at a mask counts as closed by flat lids there.
 
         Raises
         ------

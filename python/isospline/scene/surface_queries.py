@@ -53,7 +53,8 @@ class SurfaceQueries(_core.Isosurface):
             By the sign of :math:`f - f_0`, evaluated in float64; where f equals the level, up to rounding errors, it
             counts as above. At samples that the model interpolates, these are the errors of the float32 coefficients
             as well, about 3e-7 of the largest one around. Parts that `clip` or `mask` cut away are outside. So is
-            everything outside of `volume.bounds`, for each boundary rule.
+            everything outside of `volume.bounds`, for each boundary rule, but for samples on the border whose positions
+            are outside by rounding errors: the answer at samples is that of `to_mask`.
 
             With `certify`, 1 for a point that is proven to be in the solid, 0 for one that is proven not to be, and 2
             for one that is undecided, because it is on the surface or on the border of the volume to within rounding.

@@ -67,6 +67,64 @@ def test_a_table_of_measures(cells, tmp_path, capsys):
     assert len(lines) == 5 and lines[2].split()[:3] == ["1", "label", "1"]
 
 
+@pytest.fixture
+def segmentation(tmp_path):
+    """A DICOM segmentation of two segments, and the label map."""
+    pydicom = pytest.importorskip("pydicom")
+
+    def item(**attributes):
+        dataset = pydicom.Dataset()
+        for name, value in attributes.items():
+            setattr(dataset, name, value)
+        return dataset
+
+    labels = np.zeros((3, 8, 9), int)
+    labels[:, 2:5, 2:5], labels[1:, 5:, 3:] = 1, 2
+    frames = [(number, k) for number in (1, 2) for k in range(3) if (labels[k] == number).any()]
+    dataset = item(
+        SOPClassUID=pydicom.uid.SegmentationStorage, SOPInstanceUID="1.2.3", SegmentationType="BINARY",
+        Rows=8, Columns=9, NumberOfFrames=len(frames), SamplesPerPixel=1, PhotometricInterpretation="MONOCHROME2",
+        BitsAllocated=8, BitsStored=8, HighBit=7, PixelRepresentation=0,
+        PixelData=np.stack([labels[k] == number for number, k in frames]).astype("u1").tobytes(),
+        ImageOrientationPatient=[1, 0, 0, 0, 1, 0], PixelSpacing=[0.5, 0.25], SpacingBetweenSlices=2,
+        SegmentSequence=[item(SegmentNumber=1, SegmentLabel="liver"), item(SegmentNumber=2, SegmentLabel="spleen")],
+        PerFrameFunctionalGroupsSequence=[
+            item(
+                PlanePositionSequence=[item(ImagePositionPatient=[10, 20, 2 * k])],
+                SegmentIdentificationSequence=[item(ReferencedSegmentNumber=number)],
+            )
+            for number, k in frames
+        ],
+    )  # fmt: skip
+    dataset.file_meta = pydicom.dataset.FileMetaDataset()
+    dataset.file_meta.MediaStorageSOPClassUID = dataset.SOPClassUID
+    dataset.file_meta.MediaStorageSOPInstanceUID = dataset.SOPInstanceUID
+    dataset.file_meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
+    dataset.save_as(tmp_path / "seg.dcm", enforce_file_format=True)
+    return tmp_path / "seg.dcm", labels
+
+
+def test_segments_of_dicom_are_listed_and_errors_name_the_option(segmentation, tmp_path, capsys):
+    path, labels = segmentation
+    assert main(["info", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["segments"] == [
+        {"number": number, "name": name, "voxels": int((labels == number).sum())}
+        for number, name in ((1, "liver"), (2, "spleen"))
+    ]
+    assert found["size"] == [9, 8, 3] and found["spacing"] == [0.25, 0.5, 2] and found["patient"]
+    assert main(["info", str(path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-3].split()[:2] == ["segments", "2"] and lines[-1].split() == ["2", "spleen,", "36", "voxels"]
+    told = r"seg\.dcm: .* got 2: 1 \(liver\), 2 \(spleen\); --labels of render and measure reads all of them$"
+    for command in ("render", "measure", "mesh", "convert"):
+        output = [tmp_path / "store"] if command == "convert" else ["-o", tmp_path / "a.png"]
+        output = {"measure": [], "mesh": ["-o", tmp_path / "a.ply"]}.get(command, output)
+        fails(capsys, 2, told, command, path, *output, "--quiet")
+    assert main(["measure", str(path), "--labels", "--json", "--quiet"]) == 0
+    assert [row["names"] for row in json.loads(capsys.readouterr().out)["labels"]] == ["liver", "spleen"]
+
+
 def test_wrong_options(cells, tmp_path, capsys):
     path, _ = cells
     fails(capsys, 2, "--level: expected none with a label map", "measure", path, "--labels", "-l", "1")

@@ -113,6 +113,45 @@ def test_ascii_ply_has_lists_of_textures_and_colors_of_any_type(tmp_path):
             read(tmp_path, "a.ply", wrong)
 
 
+STRIPS = [[0, 1, 2, 3, 4, 5], [6, 7, 8], [8, 7, 6, 1], [2, 3], [4, 2, 3, 1, 0, 7]]
+
+
+@pytest.mark.parametrize("kind", ["ascii", *BINARY])
+@pytest.mark.parametrize("form", ["one list", "lists", "both"])
+def test_ply_has_strips_of_triangles(rng, tmp_path, kind, form):
+    util = pytest.importorskip("trimesh.util")
+    points = rng.normal(size=(9, 3)).astype(np.float32).astype(float)
+    lists = {
+        "one list": [[index for strip in STRIPS for index in (*strip, -1)][:-1]],
+        "lists": STRIPS,
+        "both": [STRIPS[0], [], [index for strip in STRIPS[1:] for index in (*strip, -1)]],
+    }[form]
+    header = ply_header(9, 1, kind).replace(
+        "end_header", f"element tristrips {len(lists)}\nproperty list int int vertex_indices\nend_header"
+    )
+    if kind == "ascii":
+        content = rows(points) + "3 8 0 4\n" + rows((len(each), *each) for each in lists)
+        content = (header + content).encode()
+    else:
+        order = BINARY[kind]
+        content = header.encode() + points.astype(f"{order}f8").tobytes() + struct.pack(f"{order}B3i", 3, 8, 0, 4)
+        content += b"".join(struct.pack(f"{order}{1 + len(each)}i", len(each), *each) for each in lists)
+    faces = read(tmp_path, "a.ply", content).faces
+    expected = [(8, 0, 4), *util.triangle_strips_to_faces([strip for strip in STRIPS if len(strip) > 2])]
+    # The first corner of a triangle does not matter; the orientation does.
+    turned = [[np.roll(face, -np.argmin(face)).tolist() for face in each] for each in (faces, expected)]
+    assert turned[0] == turned[1]
+
+
+def test_strips_of_ply_leave_out_triangles_that_join_them(tmp_path):
+    header = ply_header(5, 0).replace("end_header", "element tristrips 1\nproperty list int int vertices\nend_header")
+    mesh = read(tmp_path, "a.ply", header + rows(ARROW) + "8 0 1 2 2 3 3 4 1\n")
+    np.testing.assert_array_equal(mesh.faces, [(0, 1, 2), (4, 3, 1)])
+    for wrong in ("3 0 1 5\n", "3 0 -2 1\n"):
+        with pytest.raises(ValueError, match=r"a\.ply: .*expected vertex indices from 0 to 5 - 1, got"):
+            read(tmp_path, "a.ply", header + rows(ARROW) + wrong)
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
 def test_ply_has_names_of_any_letters(tmp_path, encoding):
     for name in ("été", "à", "Å"):  # bytes of the last two in UTF-8 are blanks or controls in Latin-1

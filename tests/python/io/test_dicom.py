@@ -363,6 +363,26 @@ def test_a_series_without_a_spacing_of_pixels_says_so(tmp_path, data):
         assert len(caught) == 1
 
 
+def test_only_files_that_tell_directions_are_a_patients(tmp_path, data):
+    path = write_series(tmp_path / "series", data, 5 * [(1, 0)])
+    assert read_volume(path).patient and staged(path, tmp_path)[1].patient
+    for file in path.iterdir():
+        dataset = pydicom.dcmread(file)
+        del dataset.ImageOrientationPatient
+        save(dataset, file)
+        assert not read_volume(path).patient  # also if some slices tell them
+    volume, source = read_volume(path), staged(path, tmp_path)[1]
+    assert not (volume.patient or source.patient) and volume.unit == "mm" and source.unit == "millimeter"
+    np.testing.assert_array_equal(volume.direction, np.eye(3))
+    np.testing.assert_allclose(volume.position((0, 0, 4)), positions([8.0])[0])
+    place = item(ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
+    for told in (True, False):
+        detector = {"DetectorInformationSequence": [place]} if told else {}
+        emission = image(data, uid.NuclearMedicineImageStorage, NumberOfFrames=5, PixelSpacing=[0.5, 0.25],
+                         SpacingBetweenSlices=2, **detector)  # fmt: skip
+        assert read_volume(save(emission, tmp_path / "a.dcm")).patient == told
+
+
 def test_frames_of_a_tomogram_are_where_their_slice_numbers_say(tmp_path, data):
     place = {"ImagePositionPatient": ORIGIN.tolist(), "ImageOrientationPatient": [1, 0, 0, 0, 1, 0]}
     emission = image(data, uid.NuclearMedicineImageStorage, NumberOfFrames=5, PixelSpacing=[0.5, 0.25],
@@ -392,12 +412,13 @@ def test_frames_along_time_or_angles_are_refused(tmp_path, data, names):
         np.testing.assert_array_equal(read_volume(save(frames, tmp_path / "b.dcm")).data, data)
 
 
-def write_segments(path, frames, kind="BINARY", names=("liver", "spleen", ""), **attributes):
-    """A segmentation of masks, each with its segment and slice."""
+def write_segments(path, frames, kind="BINARY", names=("liver", "spleen", ""), between=9, **attributes):
+    """A segmentation of masks, each with its segment and slice; slices are 2 mm apart, whatever the file tells."""
     samples = np.stack([mask for mask, _, _ in frames]).astype("u1")
     write_frames(path, samples, positions([2.0 * k for _, _, k in frames]), dtype="u1", **attributes)
     dataset = pydicom.dcmread(path)
     dataset.SegmentationType = kind
+    dataset.SharedFunctionalGroupsSequence[0].PixelMeasuresSequence[0].SpacingBetweenSlices = between
     dataset.SegmentSequence = [
         item(SegmentNumber=number, **({"SegmentLabel": name} if name else {})) for number, name in enumerate(names, 1)
     ]
@@ -434,6 +455,30 @@ def test_segments_of_a_segmentation_are_labels(tmp_path):
     path = write_segments(tmp_path / "b.dcm", frames_of_segments({2: labels == 2}, first=-5))
     np.testing.assert_array_equal(Labels.read(path).mask("spleen"), labels[5:] == 2)
     np.testing.assert_array_equal(read_volume(path).data, labels[5:] == 2)
+
+
+@pytest.mark.parametrize("filled, between", [((0, 2, 4, 6), 2), ((0, 2, 4, 6), -1.99), ((1, 4, 6), 2), ((0, 6), 2.03)])
+def test_segments_in_some_slices_keep_the_distance_of_slices(tmp_path, filled, between):
+    labels = np.zeros((filled[-1] + 1, 6, 7), int)
+    labels[list(filled), :4], labels[list(filled), 4:, 3:] = 1, 2
+    expected = labels[filled[0] :]
+    path = write_segments(tmp_path / "a.dcm", frames_of_segments({n: labels == n for n in (1, 2)}), between=between)
+    found = Labels.read(path)
+    np.testing.assert_array_equal(found.data, expected)
+    np.testing.assert_allclose(found.frame["spacing"], SPACING)
+    np.testing.assert_allclose(found.frame["origin"], positions([2.0 * filled[0]])[0])
+    # The mask of one segment is the same as a volume.
+    path = write_segments(tmp_path / "b.dcm", frames_of_segments({2: labels == 2}), between=between)
+    for data in (Labels.read(path).source, read_volume(path)):
+        np.testing.assert_array_equal(data.data != 0, expected == 2)
+        np.testing.assert_allclose(data.spacing, SPACING)
+
+
+def test_a_distance_of_slices_that_divides_none_is_not_used(tmp_path):
+    frames = [(np.ones((6, 7)), 1, k) for k in (0, 2, 4)]
+    for between, spacing in ((2.5, 4), (9, 4), (0, 4), (3.9, 4), (4 / 3, 4 / 3)):
+        found = Labels.read(write_segments(tmp_path / "a.dcm", frames, between=between))
+        np.testing.assert_allclose(found.frame["spacing"], (0.25, 0.5, spacing))
 
 
 def test_segments_that_overlap_are_in_layers(tmp_path):

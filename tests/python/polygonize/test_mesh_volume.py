@@ -139,3 +139,46 @@ def test_what_the_moves_leave_is_reported(case):
     mesh, report = surface.to_mesh(tolerance, return_report=True)
     left = expected - mesh.to_trimesh().volume
     assert report["missing_volume"] == pytest.approx(left, abs=precision * expected)
+
+
+def volume_with_lid(mesh):
+    """The volume of a mesh whose open edges are in one plane, closed by triangles in it."""
+    vertices, faces = mesh.vertices, mesh.faces
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, inverse, counts = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    open_edges = edges[counts[inverse.ravel()] == 1]
+    assert len(open_edges) > 8
+    center = vertices[open_edges[:, 0]].mean(axis=0)
+    lid = np.stack([vertices[open_edges[:, 1]], vertices[open_edges[:, 0]]], axis=1)
+    first, second, third = (vertices[faces[:, corner]] - center for corner in range(3))
+    assert abs(np.linalg.svd(lid.reshape(-1, 3) - center)[1][-1]) < 1e-6  # in a plane, with the center
+    return np.einsum("ij,ij->", first, np.cross(second, third)) / 6  # the lid adds nothing from its own plane
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.parametrize("matrix", [np.eye(3), OBLIQUE, MIRRORED], ids=["plain", "oblique", "mirrored"])
+def test_what_is_missing_at_an_open_border_ends_there(degree, matrix):
+    # Half of an ellipsoid, whose plane of symmetry is that of the first samples: the model is exact beside the border.
+    z, y, x = np.meshgrid(np.arange(17), *(np.arange(size) - (size - 1) / 2 for size in (40, 38)), indexing="ij")
+    data = 1 - (x / RADII[0]) ** 2 - (y / RADII[1]) ** 2 - (z / RADII[2]) ** 2
+    spacing = np.linalg.norm(matrix, axis=0)
+    volume = isospline.Volume(data, degree=degree, spacing=spacing, direction=matrix / spacing)
+    begin = -0.5 if degree == 2 else 0.0
+    height = RADII[2] * 2 / 3 - (begin - begin**3 / (3 * RADII[2] ** 2))
+    expected = np.pi * RADII[0] * RADII[1] * height * abs(np.linalg.det(matrix))
+    mesh, report = isospline.Isosurface(volume, 0.0).to_mesh(0.2, return_report=True)
+    assert report["missing_volume"] == pytest.approx(expected - volume_with_lid(mesh), abs=3e-6 * expected)
+
+
+def test_what_is_missing_at_an_open_cut_ends_there():
+    mask = np.ones((28, 36, 32), bool)
+    mask[:, :, 23:] = False
+    for options in (
+        {"clip": isospline.HalfSpace((15.5, 17.5, 16.5), (0.2, -0.1, 1.0))},
+        {"clip": isospline.HalfSpace((9, 0, 0), (1, 0, 0))},
+        {"mask": mask},
+    ):
+        surface, _ = ellipsoid(3, **options)
+        mesh, report = surface.to_mesh(0.2, return_report=True)
+        expected = float(surface.enclosed_volume(tolerance=1e-6))
+        assert report["missing_volume"] == pytest.approx(expected - volume_with_lid(mesh), abs=3e-6 * expected)

@@ -110,6 +110,32 @@ def test_points_beyond_the_domain_are_outside(boundary):
     assert surface.contains(beyond).tolist() == [False, False, False]
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("inside", ["above", "below"])
+def test_samples_on_the_border_are_in_the_domain_in_spite_of_rounding(rng, degree, inside):
+    beside = 0
+    for turned in (False, True) * 8:
+        direction = np.linalg.qr(rng.normal(size=(3, 3)))[0] if turned else np.eye(3)
+        place = dict(spacing=rng.uniform(0.1, 3, 3), origin=rng.uniform(-100, 100, 3), direction=direction)
+        data = rng.integers(0, 9, rng.integers(3, 7, 3))
+        surface = isospline.Isosurface(isospline.Volume(data, degree=degree, **place), 3.5, inside=inside)
+        points = grid_points(data.shape) @ (direction * place["spacing"]).T + place["origin"]
+        # The model interpolates, so that samples tell the answer.
+        expected = (data > 3.5) if inside == "above" else (data < 3.5)
+        np.testing.assert_array_equal(surface.to_mask(), expected)
+        np.testing.assert_array_equal(surface.contains(points), expected)
+        np.testing.assert_array_equal(isospline.Scene(surface).occupancy(points) == 1, expected)
+        certified = surface.contains(points, certify=True)
+        np.testing.assert_array_equal(certified[certified == 1], 1 * expected[certified == 1])
+        beside += (certified != expected).sum()
+        # Farther out than by rounding, samples' positions are outside; and so are points between samples.
+        lower, upper = grid_points(data.shape).min((0, 1, 2)) - 0.5 * (degree == 2), np.array(data.shape[::-1]) - 1.0
+        upper = upper + 0.5 * (degree == 2)
+        for index in ([*upper[:2], upper[2] + 1e-9], [lower[0] - 1e-9, *lower[1:]], [0, upper[1] + 1e-9, 1]):
+            assert not surface.contains(direction @ (index * place["spacing"]) + place["origin"])
+    assert (beside > 0) == (degree != 2)
+
+
 def test_contains_takes_any_array_and_names_bad_points():
     surface = isospline.Isosurface(isospline.Volume(Sphere().values((17, 17, 17))), 0.0)
     points = grid_points((4, 3, 2)) + 7

@@ -1,6 +1,7 @@
 """Time series in stores, and many pictures at once."""
 
 import os
+import re
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from PIL import Image
 
 import isospline
 from isospline.cli.main import main
+from isospline.cli.record import identity
 
 zarr = pytest.importorskip("zarr")
 
@@ -239,6 +241,67 @@ def test_detached_samples_are_no_frames_and_part_of_one(steps, tmp_path, suffix)
     other = tmp_path / "other"
     assert main(["render", str(folder / f"a{suffix}"), "-o", f"{other}.png", *OPTIONS]) == 0
     assert (pictures / "a.png").read_bytes() == other.with_suffix(".png").read_bytes()
+
+
+def write_ome(folder, samples):
+    """Two files of one image of OME, each with half of its slices, which name each other."""
+    tifffile = pytest.importorskip("tifffile")
+    half = len(samples) // 2
+    planes = "".join(
+        f'<TiffData IFD="{z % half}" FirstZ="{z}" PlaneCount="1">'
+        f'<UUID FileName="{"ab"[z // half]}.tif">urn:uuid:{z // half}</UUID></TiffData>'
+        for z in range(len(samples))
+    )
+    for number, part in enumerate(np.split(samples, 2)):
+        text = (
+            f'<OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06" UUID="urn:uuid:{number}">'
+            f'<Image ID="Image:0"><Pixels DimensionOrder="XYZCT" Type="float" SizeX="{samples.shape[2]}" '
+            f'SizeY="{samples.shape[1]}" SizeZ="{len(samples)}" SizeC="1" SizeT="1">{planes}</Pixels></Image></OME>'
+        )
+        tifffile.imwrite(folder / f"{'ab'[number]}.tif", part.astype(np.float32), description=text, metadata=None)
+
+
+def test_files_of_one_image_of_ome_are_one_frame_and_one_source(steps, tmp_path, capsys):
+    folder, pictures = tmp_path / "volumes", tmp_path / "pictures"
+    folder.mkdir()
+    data = steps[0].astype(np.float32)
+    write_ome(folder, data)
+    for name in ("a.tif", "b.tif"):
+        np.testing.assert_array_equal(isospline.read_volume(folder / name).data, data)
+    given = ["render", str(folder), "--frames", "-o", str(pictures), *OPTIONS]
+    for is_kept in (False, True, False):
+        assert main(given) == 0
+        assert ("exists already" in capsys.readouterr().err) == is_kept
+        assert sorted(each.name for each in pictures.iterdir()) == ["a.png", "frames.json"]
+        if is_kept:  # the other file changes
+            first, time = (folder / "a.tif").read_bytes(), (folder / "a.tif").stat().st_mtime_ns
+            with pytest.raises(isospline.Cancelled):
+                isospline.convert(folder / "a.tif", tmp_path / "a.zarr", progress=lambda fraction: fraction < 0.5)
+            write_ome(folder, data[:, ::-1])
+            os.utime(folder / "b.tif", (2e9, 2e9))
+            (folder / "a.tif").write_bytes(first)
+            os.utime(folder / "a.tif", ns=(time, time))
+    with pytest.raises(ValueError, match="expected source as in the conversion that was begun"):
+        isospline.convert(folder / "a.tif", tmp_path / "a.zarr")
+
+
+def test_pictures_are_made_of_all_files_of_a_mesh(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    points, cells = np.eye(4, 3), [("tetra", [[0, 1, 2, 3]])]
+    for name, options, files in (
+        ("a.xdmf", {}, ["a.xdmf", "a.h5"]),
+        ("b.xdmf", {"data_format": "XML"}, ["b.xdmf"]),
+        ("c.ele", {}, ["c.ele", "c.node"]),
+    ):
+        meshio.write(tmp_path / name, meshio.Mesh(points, cells), **options)
+        assert [each["name"] for each in identity(tmp_path / name)] == files
+        assert len(isospline.read_mesh(tmp_path / name).faces) == 4
+    text = (tmp_path / "b.xdmf").read_text(encoding="utf-8")
+    points.tofile(tmp_path / "points.bin")
+    kind, numbers = re.search(r'Format="XML"([^>]*Precision="8"[^>]*>)([^<]*)', text).groups()
+    text = text.replace(f'Format="XML"{kind}{numbers}', f'Format="Binary"{kind}{tmp_path}/points.bin')
+    (tmp_path / "b.xdmf").write_text(text, encoding="utf-8")
+    assert [each["name"] for each in identity(tmp_path / "b.xdmf")] == ["b.xdmf", "points.bin"]
 
 
 def test_frames_that_make_no_sense_are_refused(steps, tmp_path, capsys):

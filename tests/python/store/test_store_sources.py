@@ -223,6 +223,63 @@ def test_ome_zarr_takes_the_finest_level_with_its_place(data, tmp_path, version)
     assert read_metadata(path).scales[0].spacing == (2.5, 5, 20)
 
 
+def place_of(source):
+    return source.spacing, tuple(source.origin), np.asarray(source.direction).tolist(), source.unit, source.patient
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_level_of_ome_zarr_has_its_place_by_its_own_path(data, tmp_path, version):
+    root = zarr.create_group(tmp_path / "a.zarr", zarr_format=version)
+    group = root.create_group("images/scan")
+    group.create_array("0", data=data[None], chunks=(1, 3, 4, 5))
+    group.create_array("coarse/1", data=data[None, ::2, ::2, ::2], chunks=(1, 3, 4, 5))
+    group.create_array("other", data=data)
+    axes = [{"name": "c", "type": "channel"}] + [{"name": axis, "type": "space", "unit": "nanometer"} for axis in "zyx"]
+
+    def level(path, *scale):
+        steps = [{"type": "scale", "scale": [1, *scale]}, {"type": "translation", "translation": [0, *scale]}]
+        return {"path": path, "coordinateTransformations": steps}
+
+    image = {"axes": axes, "datasets": [level("0", 3, 2, 1), level("coarse/1", 6, 4, 2)]}
+    image["coordinateTransformations"] = [{"type": "translation", "translation": [0, 30, 20, 10]}]
+    group.attrs.update(
+        {"multiscales": [image]} if version == 2 else {"ome": {"version": "0.5", "multiscales": [image]}}
+    )
+    folder = tmp_path / "a.zarr/images/scan"
+    for path, name, spacing, origin, expected in (
+        (folder / "0", None, (1, 2, 3), (11, 22, 33), data),
+        (folder, "0", (1, 2, 3), (11, 22, 33), data),
+        (tmp_path / "a.zarr", "images/scan/0", (1, 2, 3), (11, 22, 33), data),
+        (folder / "coarse/1", None, (2, 4, 6), (12, 24, 36), data[::2, ::2, ::2]),
+        (folder / "coarse", "1", (2, 4, 6), (12, 24, 36), data[::2, ::2, ::2]),
+        (folder / "other", None, (1, 1, 1), (0, 0, 0), data),
+    ):
+        source = opened(path, tmp_path, name=name)
+        assert np.array_equal(source.read([(0, size) for size in source.shape]), expected)
+        unit = None if expected is data and spacing == (1, 1, 1) else "nanometer"
+        assert place_of(source) == (spacing, origin, np.eye(3).tolist(), unit, False)
+    with pytest.raises(ValueError, match='axes: expected "zyx" for an image that names its axes, got "xyz"'):
+        opened(folder / "0", tmp_path, axes="xyz")
+    path = isospline.convert(folder / "0", tmp_path / "store")
+    assert read_metadata(path).scales[0].spacing == (1, 2, 3) and read_metadata(path).scales[0].origin == (11, 22, 33)
+
+
+def test_levels_of_a_store_have_its_directions(data, tmp_path):
+    turned = np.array([(0, -1, 0), (0.6, 0, -0.8), (0.8, 0, 0.6)])
+    given = isospline.io.VolumeData(data, (1, 2, 3), (10, 20, 30), turned, patient=True)
+    path = isospline.convert(given, tmp_path / "store")
+    whole = opened(path, tmp_path)
+    check(whole, data)
+    level = opened(Path(path) / "0", tmp_path)
+    check(level, data)
+    assert place_of(level) == place_of(whole) and level.patient
+    np.testing.assert_allclose(level.direction, turned, atol=1e-12)
+    np.testing.assert_allclose(level.origin, (10, 20, 30), atol=1e-12)
+    for number, scale in enumerate(read_metadata(path).scales[1:], 1):
+        level = opened(Path(path) / str(number), tmp_path)
+        assert place_of(level)[:2] == (scale.spacing, tuple(scale.origin)) and level.patient
+
+
 def test_axes_of_ome_zarr_in_any_order(data, tmp_path):
     group = zarr.create_group(tmp_path / "a.zarr")
     group.create_array("0", data=data.transpose(2, 0, 1), chunks=(5, 3, 4))
@@ -338,10 +395,60 @@ def test_n5_has_offsets_and_levels(data, tmp_path):
     group.write_text(json.dumps({"offset": [10, 20]}), encoding="utf-8")
     with pytest.raises(ValueError, match=r"a\.n5: .*three finite numbers as offset, got \[10\.0, 20\.0\]"):
         opened(tmp_path / "a.n5", tmp_path)
+    group.unlink()
     pixel = {"dimensions": [4, 5, 6], "unit": "nm"}
     write_n5(tmp_path / "a.n5/s1", data, pixelResolution=pixel, downsamplingFactors=[2, 2, 1])
     source = opened(tmp_path / "a.n5/s1", tmp_path)
     assert source.spacing == (8, 10, 6) and source.origin == (2, 2.5, 0) and source.unit == "nanometer"
+
+
+@pytest.mark.parametrize("factors", ["scales", "downsamplingFactors", "of levels", "none"])
+def test_a_level_of_n5_has_the_place_that_its_group_tells(data, tmp_path, factors):
+    levels = [[1, 1, 1], [2, 2, 1]]
+    group = {"pixelResolution": {"dimensions": [4, 5, 6], "unit": "nm"}, "offset": [10, 20, 30]}
+    if factors in ("scales", "downsamplingFactors"):
+        group[factors] = levels
+    for number, each in enumerate(levels):
+        own = {"downsamplingFactors": each} if factors == "of levels" else {}
+        write_n5(tmp_path / f"a.n5/c0/s{number}", data, **own)
+    write_n5(tmp_path / "a.n5/c0/mask", data)
+    write_n5(tmp_path / "a.n5/c0/s2", data, resolution=[1, 2, 3], downsamplingFactors=[1, 1, 3])
+    (tmp_path / "a.n5/c0/attributes.json").write_text(json.dumps(group), encoding="utf-8")
+    for path, name in ((tmp_path / "a.n5/c0/s0", None), (tmp_path / "a.n5/c0", "s0"), (tmp_path / "a.n5/c0", None)):
+        source = opened(path, tmp_path, name=name)
+        check(source, data)
+        assert place_of(source)[:2] == ((4, 5, 6), (10, 20, 30)) and source.unit == "nanometer"
+    coarse = opened(tmp_path / "a.n5/c0/s1", tmp_path)
+    expected = ((1, 1, 1), (0, 0, 0)) if factors == "none" else ((8, 10, 6), (12, 22.5, 30))
+    assert place_of(coarse)[:2] == expected
+    assert place_of(opened(tmp_path / "a.n5/c0/mask", tmp_path))[:2] == ((1, 1, 1), (0, 0, 0))
+    own = opened(tmp_path / "a.n5/c0/s2", tmp_path)
+    assert place_of(own)[:2] == ((1, 2, 9), (10, 20, 33))
+
+
+def test_n5_has_affine_transforms(data, tmp_path):
+    affine = np.array([(0, -2, 0, 7), (1, 0, 0.5, -3), (0, 0, 3, 11)], float)
+    pixel, factors = np.array((4, 5, 6.0)), np.array((2, 2, 1.0))
+    told = {"affineTransform": affine.tolist(), "pixelResolution": pixel.tolist()}
+    write_n5(tmp_path / "a.n5/s1", data, downsamplingFactors=factors.tolist())
+    for own, group in ((told, {}), ({}, told)):
+        write_n5(tmp_path / "a.n5/s0", data, **own)
+        (tmp_path / "a.n5/attributes.json").write_text(json.dumps(group), encoding="utf-8")
+        source = opened(tmp_path / "a.n5", tmp_path)
+        check(source, data)
+        # As N5SingleScaleMetadataParser of n5-universe: factors and half of their shift, resolution, then the affine.
+        index = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (3, 5, 2)], float)
+        levels = [(source, 1)] + ([(opened(tmp_path / "a.n5/s1", tmp_path), factors)] if group else [])
+        for level, factor in levels:
+            expected = (pixel * (index * factor + (np.array(factor) - 1) / 2)) @ affine[:, :3].T + affine[:, 3]
+            got = isospline.io.VolumeData(data, level.spacing, level.origin, level.direction).position(index)
+            np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
+        (tmp_path / "a.n5/s0/attributes.json").unlink()
+    for wrong in ([1, 0, 0, 0], np.zeros((3, 4)).tolist(), {"type": "affine"}, [[1, 0, 0, None]] * 3):
+        write_n5(tmp_path / "a.n5/s0", data, affineTransform=wrong)
+        with pytest.raises(ValueError, match=r"a\.n5: .*affineTransform to be 3 x 4 numbers of an invertible matrix"):
+            opened(tmp_path / "a.n5", tmp_path)
+        (tmp_path / "a.n5/s0/attributes.json").unlink()
 
 
 @pytest.mark.parametrize("kind", ["dataset", "group", "zarr"])
@@ -371,6 +478,8 @@ def test_transforms_of_cosem(data, tmp_path, kind, axes):
     source = opened(written({"transform": transform}), tmp_path)
     check(source, data)
     assert source.spacing == (4, 5, 3.24) and source.origin == (10, 20, -30) and source.unit == "nanometer"
+    if kind == "group":
+        assert place_of(opened(tmp_path / "a.n5/s0", tmp_path)) == place_of(source)
     if kind == "zarr":
         assert opened(written({"transform": [4, 0, 10, 0, 5, 20]}), tmp_path).spacing == (1, 1, 1)  # of rasterio
     if kind != "dataset":

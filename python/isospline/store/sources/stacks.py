@@ -50,7 +50,7 @@ class StackSource(Source):
             report((number + 1) / self.shape[0])
         staged = RawSource(path, self.shape, self.dtype)
         staged.identity = self.identity
-        return staged.move(**self.frame, unit=self.unit)
+        return staged.move(**self.frame, unit=self.unit, patient=self.patient)
 
 
 class FilesSource(StackSource):
@@ -72,7 +72,7 @@ class PagesSource(StackSource):
 
     def __init__(self, path: Path, shape: Any, dtype: Any) -> None:
         self._path = path
-        super().__init__(shape, dtype, identity_of(path))
+        super().__init__(shape, dtype, identity_of(path, *tiff.sample_files(path)))
 
     def slices(self, first: int) -> Iterator[NDArray[Any]]:
         size = int(np.prod(self.shape[1:])) * self.dtype.itemsize
@@ -186,7 +186,7 @@ def open_dicom(path: Path, name: str | None) -> Source | None:
     if found is None:
         return None
     source = FilesSource(found.files, found.shape, found.dtype, functools.partial(read_dicom_slice, found.dtype))
-    return source.move(**found.frame, unit="millimeter", patient=True)
+    return source.move(**found.frame, unit="millimeter")
 
 
 def read_dicom_slice(dtype: np.dtype[Any], path: Path) -> NDArray[Any]:
