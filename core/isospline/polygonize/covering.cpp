@@ -3,7 +3,8 @@
 #include "isospline/math/affine.h"
 #include "isospline/math/point_triangle.h"
 #include "isospline/polygonize/cells_in_question.h"
-#include "isospline/polygonize/face_octree.h"
+#include "isospline/polygonize/near_faces.h"
+#include "isospline/polygonize/parity_proof.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/util/parallel.h"
 
@@ -12,7 +13,6 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -28,12 +28,6 @@ constexpr double part_if_unsure = 0.25;
 /// Points this close to a plane of the clip count as on it, in lattice units.
 constexpr double on_plane_margin = 1e-9;
 
-/// A face that may cover a part of a cell, and the box, in lattice space, around the points within the tolerance of it.
-struct NearFace {
-    Box reach;
-    std::uint32_t face;
-};
-
 /// A face that may cover a box, and its distance from the box's middle.
 struct Candidate {
     const NearFace* face;
@@ -45,34 +39,17 @@ template <int Degree>
 class CellCovering {
 public:
     CellCovering(const LatticeField<Degree>& field, const LabeledMesh& mesh, const std::vector<glm::dvec3>& world,
-                 const FaceOctree& octree, double tolerance, const CoveringEdges& edges)
+                 const FaceOctree& octree, const ParityProof& parity, double tolerance, const CoveringEdges& edges)
         : field_(field), metric_(field.surface().volume().lattice_to_world()), mesh_(mesh), world_(world),
-          octree_(octree), tolerance_(tolerance), edges_(edges), levels_(1)
+          parity_(parity), tolerance_(tolerance), edges_(edges),
+          reach_(box_of_ball(metric_, tolerance) + on_plane_margin), faces_near_(mesh, octree, reach_), levels_(1)
     {
-        reach_ = box_of_ball(metric_, tolerance);
     }
 
     /// Cells of this brick come next.
     void enter(const Brick& brick)
     {
-        first_ = brick.first;
-        for (std::vector<NearFace>& row : rows_)
-            row.clear();
-        const Box box = isospline::box_of(brick), reach{box.lower - reach_, box.upper + reach_};
-        octree_.visit(reach, [&](std::uint32_t face) {
-            Box of_face = box_of(mesh_.vertices, mesh_.faces[face]);
-            of_face.lower -= reach_ + on_plane_margin;
-            of_face.upper += reach_ + on_plane_margin;
-            if (!of_face.meets(box))
-                return true;
-            const glm::ivec3 most = brick.size - 1;
-            const glm::ivec3 from(glm::clamp(glm::ceil(of_face.lower - box.lower) - 1.0, 0.0, double{brick_size}));
-            const glm::ivec3 to = glm::min(glm::ivec3(glm::max(of_face.upper - box.lower, 0.0)), most);
-            for (int z = from.z; z <= to.z; ++z)
-                for (int y = from.y; y <= to.y; ++y)
-                    row_at(y, z).push_back({of_face, face});
-            return true;
-        });
+        faces_near_.enter(brick);
         recent_.clear();
     }
 
@@ -87,7 +64,7 @@ public:
         const Box inner{lower_, lower_ + 1.0};
         std::vector<NearFace>& near = levels_[0];
         near.clear();
-        for (const NearFace& face : row_at(cell.y - first_.y, cell.z - first_.z))
+        for (const NearFace& face : faces_near_.of_row(cell))
             if (face.reach.meets(inner))
                 near.push_back(face);
         cut_ = nullptr;
@@ -108,8 +85,6 @@ public:
     Covering take() { return std::move(covering_); }
 
 private:
-    std::vector<NearFace>& row_at(int y, int z) { return rows_[static_cast<std::size_t>(y + brick_size * z)]; }
-
     bool may_contain(const SurfaceBox<Degree>& box) const
     {
         if (cut_ == nullptr)
@@ -122,6 +97,7 @@ private:
     void find_points(const SurfaceBox<Degree>& box)
     {
         const UnitSlab slab = slab_of<Degree>(box);
+        normal_ = (cut_ == nullptr ? slab.normal / box.size : cut_->normal) * metric_.to_lattice;
         if (cut_ == nullptr) {
             points_of_slab(slab, points_);
         } else {
@@ -202,6 +178,20 @@ private:
         recent_.push_back(face);
     }
 
+    /// Whether these faces together are near to all points.
+    bool is_covered_by(const std::vector<NearFace>& near)
+    {
+        const glm::dvec3 along = glm::abs(metric_.to_lattice * normal_) * (tolerance_ / glm::length(normal_)) - reach_;
+        const Box window{around_.lower - along, around_.upper + along};
+        faces_.clear();
+        for (const NearFace& face : near)
+            if (face.reach.meets(window))
+                faces_.push_back(face.face);
+        const auto distance = parity_.distance(points_, normal_, faces_, tolerance_, workspace_);
+        covering_.distance = std::max(covering_.distance, distance.value_or(0.0));
+        return distance.has_value();
+    }
+
     /// Whether one of these faces covers all points.
     bool is_covered_by_one_of(const std::vector<NearFace>& near)
     {
@@ -242,18 +232,23 @@ private:
     {
         if (!may_contain(box))
             return true;
+        const double edge = std::max({box.size.x, box.size.y, box.size.z});
+        const bool is_whole = edge <= edges_.reported;
+        if (!is_whole && edge > edges_.least && is_too_thick(box)) {
+            const bool is_lower_covered = examine_half(box, false, level, is_part);
+            return examine_half(box, true, level, is_part) && is_lower_covered;
+        }
         find_points(box);
         if (points_.empty() || is_covered_by_recent())
             return true;
         // Faces that may cover a part of the box.
-        if (levels_.size() == level + 1)
-            levels_.emplace_back();
+        levels_.resize(std::max(levels_.size(), level + 2));
         std::vector<NearFace>& near = levels_[level + 1];
         near.clear();
         for (const NearFace& face : levels_[level])
             if (face.reach.meets(around_))
                 near.push_back(face);
-        if (is_covered_by_one_of(near))
+        if (is_covered_by(near) || is_covered_by_one_of(near))
             return true;
         drop_far_faces(near);
         const auto leave = [&] {
@@ -261,21 +256,36 @@ private:
                 covering_.uncovered.push_back({lower_ + box.lower, lower_ + box.lower + box.size});
             return false;
         };
-        const double edge = std::max({box.size.x, box.size.y, box.size.z});
         if ((is_crossed(box) && (near.empty() || edge <= edges_.least)) || edge <= part_if_unsure * edges_.least)
             return leave();
-        int longest = 0;
-        for (int axis = 1; axis < 3; ++axis)
-            if (box.size[axis] > box.size[longest])
-                longest = axis;
-        const bool is_whole = edge <= edges_.reported;
         bool is_covered = true;
         for (const bool upper : {false, true}) {
-            is_covered &= examine(half_of<Degree>(box, longest, upper), level + 1, is_part || is_whole);
+            is_covered &= examine_half(box, upper, level + 1, is_part || is_whole);
             if (!is_covered && is_whole)
                 return leave();
         }
         return is_covered;
+    }
+
+    bool examine_half(const SurfaceBox<Degree>& box, bool upper, std::size_t level, bool is_part)
+    {
+        int longest = 0;
+        for (int axis = 1; axis < 3; ++axis)
+            if (box.size[axis] > box.size[longest])
+                longest = axis;
+        return examine(half_of<Degree>(box, longest, upper), level, is_part);
+    }
+
+    /// Whether the slab around the surface in a box, and the box across the slab, are so thick that a proof is
+    /// hopeless.
+    bool is_too_thick(const SurfaceBox<Degree>& box) const
+    {
+        if (cut_ != nullptr)
+            return false;
+        const UnitSlab slab = slab_of<Degree>(box);
+        const double of_box = glm::abs(slab.normal.x) + glm::abs(slab.normal.y) + glm::abs(slab.normal.z);
+        const double slope = glm::length((slab.normal / box.size) * metric_.to_lattice);
+        return std::min(slab.upper - slab.lower, of_box) > 2.0 * tolerance_ * slope;
     }
 
     /// Whether a box certainly has a part of the surface or the cap.
@@ -307,18 +317,21 @@ private:
     const LatticeMetric metric_;
     const LabeledMesh& mesh_;
     const std::vector<glm::dvec3>& world_;
-    const FaceOctree& octree_;
+    const ParityProof& parity_;
     double tolerance_;
     CoveringEdges edges_;
-    glm::dvec3 reach_, lower_{0.0};
-    glm::ivec3 first_{0};                                                          ///< of the brick
-    std::array<std::vector<NearFace>, std::size_t{brick_size} * brick_size> rows_; ///< near the rows of its cells
+    glm::dvec3 reach_; ///< half of the size of the box of a ball with the tolerance as radius, in lattice space
+    NearFaces faces_near_;
+    glm::dvec3 lower_{0.0};          ///< of the cell
     std::vector<NearFace> recent_;   ///< faces that covered boxes lately, the last one at the end
     const HalfSpace* cut_ = nullptr; ///< of the cap that is examined, or null for the surface
     std::vector<std::vector<NearFace>> levels_;
     std::vector<Candidate> candidates_;
     std::vector<glm::dvec3> points_; ///< in world space
-    Box around_;                     ///< the box around them in lattice space
+    glm::dvec3 normal_{0.0};         ///< of the surface or the cap there
+    std::vector<std::uint32_t> faces_;
+    ParityProof::Workspace workspace_;
+    Box around_; ///< the box around them in lattice space
     Covering covering_;
 };
 
@@ -335,6 +348,7 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
     std::transform(mesh.vertices.begin(), mesh.vertices.end(), world.begin(),
                    [&](const glm::dvec3& vertex) { return metric.to_world * vertex; });
 
+    const ParityProof parity(mesh, world);
     const std::vector<BrickInQuestion> bricks = bricks_in_question(surface);
     std::vector<Covering> found(bricks.size());
     parallel_for(
@@ -344,7 +358,7 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
                 const BrickCells chosen = filter ? filter(bricks[i].brick.first) : all_cells(glm::ivec3(brick_size));
                 if (chosen == BrickCells{})
                     continue;
-                CellCovering<Degree> covering(field, mesh, world, octree, tolerance, edges);
+                CellCovering<Degree> covering(field, mesh, world, octree, parity, tolerance, edges);
                 bool is_entered = false;
                 for_each_cell_in_question(surface, bricks[i], chosen, [&](const glm::ivec3& cell, bool with_caps) {
                     if (!is_entered)

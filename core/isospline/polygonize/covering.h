@@ -29,8 +29,9 @@ struct Covering {
 ///
 /// Bernstein coefficients enclose the surface in a box by two parallel planes. The distance from a triangle is a convex
 /// function, so its maximum over the polytope between the planes is at one of the polytope's corners. A box with
-/// corners that are all within the tolerance of one triangle is covered. Other boxes are halved, until their edges are
-/// short, or the box contains surface beyond the tolerance.
+/// corners that are all within the tolerance of one triangle is covered, and so is one for which ParityProof succeeds
+/// with all triangles near it. Other boxes are halved, until their edges are short, or the box contains surface beyond
+/// the tolerance.
 template <int Degree>
 Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double tolerance,
                        const CoveringEdges& edges, const CellFilter& filter, const Progress& progress);

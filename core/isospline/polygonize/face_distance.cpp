@@ -20,7 +20,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double margin = 4.0 * plane_margin;
 /// The largest extent of a piece for a proof by signs, in cells.
 constexpr double largest_piece = 4.0;
-/// How often a part of a cell is halved in a proof by signs. Halving the piece is the alternative, and costs more.
+/// How often what a cell has of a piece is halved in a proof by signs. Halving the piece is the alternative, and costs
+/// more.
 constexpr int most_halvings = 3;
 
 Corners moved(const Corners& corners, const glm::dvec3& step)
@@ -33,57 +34,73 @@ glm::dvec3 center_of(const Corners& corners)
     return (corners[0] + corners[1] + corners[2]) / 3.0;
 }
 
-/// A triangle on which sign * (f - level) may be positive, and the function's tangent plane at its center.
-template <int Degree>
-struct SignProof {
-    const Corners& triangle;
-    double sign;
-    glm::dvec3 center, gradient; ///< of f at the center
-    double value;                ///< of f - level there
-    glm::dvec3 normal;           ///< of the triangle
-    double allowed;              ///< the least value of sign * tangent on the triangle
+/// A convex polygon: a triangle, or what planes across the axes leave of it.
+struct Polygon {
+    static constexpr std::size_t capacity = 3 + 6 + most_halvings; ///< each plane adds at most one corner
 
-    double tangent(const glm::dvec3& x) const { return value + glm::dot(gradient, x - center); }
+    std::array<glm::dvec3, capacity> corners;
+    std::size_t count = 0;
 
-    /// Whether a box is beside the triangle's plane.
-    bool is_beside(const Box& box) const
+    Box box() const
     {
-        const double height = glm::dot(normal, box.center() - triangle[0]);
-        return std::abs(height) > 0.5 * glm::dot(glm::abs(normal), box.size()) + margin * glm::length(normal);
+        Box box;
+        for (std::size_t i = 0; i < count; ++i)
+            box.extend(corners[i]);
+        return box;
     }
-
-    /// Whether it is positive on what a part of a cell at `cell` has of the triangle.
-    bool holds(const SurfaceBox<Degree>& part, const glm::dvec3& cell, int halvings) const
+    /// The part with x[axis] below or above a limit, which belongs to both.
+    Polygon cut(int axis, double limit, bool is_above) const
     {
-        const Box box{cell + part.lower, cell + part.lower + part.size};
-        if (is_beside(box))
-            return true;
-        // sign * (f - level) is at least its least coefficient, and at least the tangent plus the least difference.
-        const double base = tangent(box.lower);
-        const glm::dvec3 slope = gradient * part.size / static_cast<double>(Degree);
-        double least = infinity, least_difference = infinity, largest = 0.0;
-        for (int k = 0; k <= Degree; ++k)
-            for (int j = 0; j <= Degree; ++j)
-                for (int i = 0; i <= Degree; ++i) {
-                    const double b = part.b[bernstein_item<Degree>(i, j, k)];
-                    least = std::min(least, sign * b);
-                    least_difference =
-                        std::min(least_difference, sign * (b - base - glm::dot(slope, glm::dvec3(i, j, k))));
-                    largest = std::max(largest, std::abs(b));
-                }
-        const double rounding = 0x1p-44 * (largest + std::abs(base));
-        if (least > rounding || allowed + least_difference > rounding)
-            return true;
-        if (halvings == 0)
-            return false;
-        int longest = 0;
-        for (int axis = 1; axis < 3; ++axis)
-            if (part.size[axis] > part.size[longest])
-                longest = axis;
-        return holds(half_of<Degree>(part, longest, false), cell, halvings - 1) &&
-               holds(half_of<Degree>(part, longest, true), cell, halvings - 1);
+        Polygon part;
+        for (std::size_t i = 0; i < count; ++i) {
+            const glm::dvec3 &from = corners[i], &to = corners[i + 1 < count ? i + 1 : 0];
+            const double begin = is_above ? from[axis] - limit : limit - from[axis],
+                         end = is_above ? to[axis] - limit : limit - to[axis];
+            if (begin >= 0.0)
+                part.corners[part.count++] = from;
+            if ((begin >= 0.0) != (end >= 0.0)) {
+                glm::dvec3& corner = part.corners[part.count++] = from + begin / (begin - end) * (to - from);
+                corner[axis] = limit;
+            }
+        }
+        return part;
     }
 };
+
+/// Whether sign * (f - level) is proven to be positive on a polygon in a cell, in its local coordinates. If the proof
+/// fails, the polygon is halved up to `halvings` times.
+template <int Degree>
+bool has_sign_in_cell(const Polygon& polygon, const SurfaceBox<Degree>& cell, double sign, int halvings)
+{
+    constexpr double least_edge = 0x1p-40, rounding = 0x1p-38;
+    const Box box = polygon.box();
+    const glm::dvec3 lower = glm::clamp(box.lower, glm::dvec3(0.0), glm::dvec3(1.0 - least_edge));
+    const SurfaceBox<Degree> part =
+        part_of_cell(cell, lower, glm::clamp(box.upper, lower + least_edge, glm::dvec3(1.0)));
+    const UnitSlab slab = slab_of<Degree>(part);
+    double largest = 0.0;
+    for (const double b : part.b)
+        largest = std::max(largest, std::abs(b));
+    // f - level lies between <normal, t> - slab.upper and <normal, t> - slab.lower.
+    double least = infinity;
+    for (std::size_t i = 0; i < polygon.count; ++i) {
+        const double at = glm::dot(slab.normal, (polygon.corners[i] - part.lower) / part.size);
+        if ((sign > 0.0 ? at - slab.lower : slab.upper - at) < 0.0)
+            return false;
+        least = std::min(least, sign > 0.0 ? at - slab.upper : slab.lower - at);
+    }
+    if (least > rounding * largest)
+        return true;
+    if (halvings == 0)
+        return false;
+    int longest = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (part.size[axis] > part.size[longest])
+            longest = axis;
+    const double middle = part.lower[longest] + 0.5 * part.size[longest];
+    return has_sign_in_cell(polygon.cut(longest, middle, false), cell, sign, halvings - 1) &&
+           has_sign_in_cell(polygon.cut(longest, middle, true), cell, sign, halvings - 1);
+}
 
 } // namespace
 
@@ -126,46 +143,51 @@ std::optional<std::array<glm::ivec3, 2>> FaceDistance<Degree>::cells_of(const Bo
 template <int Degree>
 bool FaceDistance<Degree>::corners_have_sign(const Corners& triangle, double sign) const
 {
-    return std::all_of(triangle.begin(), triangle.end(),
+    return sign * field_.value(center_of(triangle)) > 0.0 &&
+           std::all_of(triangle.begin(), triangle.end(),
                        [&](const glm::dvec3& corner) { return sign * field_.value(corner) > 0.0; });
 }
 
 template <int Degree>
 bool FaceDistance<Degree>::has_sign(const Corners& triangle, double sign, const HalfSpace* plane, int halvings)
 {
-    const Box box = box_of(triangle);
-    const auto cells = cells_of(box, plane);
+    const auto cells = cells_of(box_of(triangle), plane);
     if (!cells)
         return false;
-    const glm::dvec3 center = center_of(triangle);
-    const PointInCell point(field_.surface(), center);
-    const auto [value, slopes] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
-    SignProof<Degree> proof{triangle,        sign,    center, {slopes[0], slopes[1], slopes[2]}, value,
-                            glm::dvec3(0.0), infinity};
-    proof.normal = glm::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+    const auto [first, last] = *cells;
+    Polygon whole;
     for (const glm::dvec3& corner : triangle)
-        proof.allowed = std::min(proof.allowed, sign * proof.tangent(corner));
+        whole.corners[whole.count++] = glm::clamp(corner, glm::dvec3(first), glm::dvec3(last + 1));
+    const auto slice = [](const Polygon& polygon, int axis, int at, const glm::ivec3& from, const glm::ivec3& to) {
+        const Polygon above = at > from[axis] ? polygon.cut(axis, at, true) : polygon;
+        return at < to[axis] ? above.cut(axis, at + 1.0, false) : above;
+    };
     glm::ivec3 cell;
-    for (cell.z = (*cells)[0].z; cell.z <= (*cells)[1].z; ++cell.z)
-        for (cell.y = (*cells)[0].y; cell.y <= (*cells)[1].y; ++cell.y)
-            for (cell.x = (*cells)[0].x; cell.x <= (*cells)[1].x; ++cell.x) {
-                const glm::dvec3 at(cell);
-                const glm::dvec3 from = glm::clamp(box.lower - at, glm::dvec3(0.0), glm::dvec3(1.0 - 0x1p-40));
-                const glm::dvec3 to = glm::clamp(box.upper - at, from + 0x1p-40, glm::dvec3(1.0));
-                if (proof.is_beside({at + from, at + to}))
+    for (cell.z = first.z; cell.z <= last.z; ++cell.z) {
+        const Polygon of_layer = slice(whole, 2, cell.z, first, last);
+        for (cell.y = first.y; cell.y <= last.y; ++cell.y) {
+            const Polygon of_row = slice(of_layer, 1, cell.y, first, last);
+            for (cell.x = first.x; cell.x <= last.x; ++cell.x) {
+                Polygon of_cell = slice(of_row, 0, cell.x, first, last);
+                if (of_cell.count == 0)
                     continue;
+                for (std::size_t i = 0; i < of_cell.count; ++i)
+                    of_cell.corners[i] -= glm::dvec3(cell);
                 if (!field_.surface().kept_cells().contains(cell) ||
-                    !proof.holds(part_of_cell(cell_box(cell), from, to), at, halvings))
+                    !has_sign_in_cell(of_cell, cell_box(cell), sign, halvings))
                     return false;
             }
+        }
+    }
     return true;
 }
 
 template <int Degree>
-bool FaceDistance<Degree>::is_kept_between(const Corners& first, const Corners& second) const
+bool FaceDistance<Degree>::is_kept_around(const Corners& piece, const Corners& above, const Corners& below) const
 {
-    Box box = box_of(first);
-    box.extend(box_of(second));
+    Box box = box_of(piece);
+    box.extend(box_of(above));
+    box.extend(box_of(below));
     const auto cells = cells_of(box, nullptr);
     if (!cells)
         return false;
@@ -178,29 +200,58 @@ bool FaceDistance<Degree>::is_kept_between(const Corners& first, const Corners& 
     return true;
 }
 
+/// A point of the domain after a step. At the border, the step goes along it, and is as long.
+template <int Degree>
+glm::dvec3 FaceDistance<Degree>::moved_in_domain(const glm::dvec3& from, glm::dvec3 step) const
+{
+    const glm::dvec3 shape(field_.surface().volume().cell_shape());
+    const glm::dvec3 to = from + step, inside = glm::clamp(to, glm::dvec3(0.0), shape);
+    if (to == inside)
+        return to;
+    const double length = metric_.length(step);
+    for (int axis = 0; axis < 3; ++axis)
+        if (to[axis] != inside[axis])
+            step[axis] = 0.0;
+    const double along = metric_.length(step);
+    return along > 0.0 ? glm::clamp(from + length / along * step, glm::dvec3(0.0), shape) : from;
+}
+
 template <int Degree>
 double FaceDistance<Degree>::bound_by_signs(const Corners& piece, double reach)
 {
+    // The directions of the gradients at the corners, in the world, and the slopes along them.
+    Corners directions;
+    double likely = 0.0; // distance
+    for (std::size_t i = 0; i < 3; ++i) {
+        const PointInCell point(field_.surface(), piece[i]);
+        const auto [value, slopes] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
+        const glm::dvec3 gradient = glm::dvec3(slopes[0], slopes[1], slopes[2]) * metric_.to_lattice;
+        const double slope = glm::length(gradient);
+        if (!(slope > 0.0))
+            return infinity;
+        directions[i] = metric_.to_lattice * (gradient / slope);
+        likely = std::max(likely, std::abs(value) / slope);
+    }
     const glm::dvec3 center = center_of(piece);
-    const glm::dvec3 gradient = field_.gradient(center) * metric_.to_lattice;
-    const double slope = glm::length(gradient);
-    if (!(slope > 0.0))
-        return infinity;
-    // First, twice the distance that is likely.
-    double likely = std::abs(field_.value(center));
-    for (const glm::dvec3& corner : piece)
-        likely = std::max(likely, std::abs(field_.value(corner)));
-    const double first = 2.0 * likely / slope + 0.125 * reach;
-    for (const double distance : {first, reach}) {
-        if (distance > reach)
+    likely =
+        std::max(likely, std::abs(field_.value(center)) / glm::length(field_.gradient(center) * metric_.to_lattice));
+    // At last, almost the reach: rounding must not exceed it.
+    for (const bool is_last : {false, true}) {
+        const double distance = is_last ? (1.0 - 0x1p-30) * reach : 2.0 * likely + 0.125 * reach;
+        if (!(distance < reach))
             continue;
-        const int halvings = distance == reach ? most_halvings : 0;
-        const glm::dvec3 step = metric_.to_lattice * ((distance / slope) * gradient);
-        const Corners above = moved(piece, step), below = moved(piece, -step);
-        if (corners_have_sign(above, 1.0) && corners_have_sign(below, -1.0) && is_in_planes(above, 0) &&
-            is_in_planes(below, 0) && is_kept_between(above, below) && has_sign(above, 1.0, nullptr, halvings) &&
-            has_sign(below, -1.0, nullptr, halvings))
-            return distance;
+        const int halvings = is_last ? most_halvings : 0;
+        Corners above, below;
+        double farthest = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            above[i] = moved_in_domain(piece[i], distance * directions[i]);
+            below[i] = moved_in_domain(piece[i], -distance * directions[i]);
+            farthest = std::max({farthest, metric_.length(above[i] - piece[i]), metric_.length(below[i] - piece[i])});
+        }
+        if (farthest <= reach && corners_have_sign(above, 1.0) && corners_have_sign(below, -1.0) &&
+            is_in_planes(above, 0) && is_in_planes(below, 0) && is_kept_around(piece, above, below) &&
+            has_sign(above, 1.0, nullptr, halvings) && has_sign(below, -1.0, nullptr, halvings))
+            return farthest;
     }
     return infinity;
 }
@@ -293,7 +344,7 @@ double FaceDistance<Degree>::piece_bound(const Corners& piece, FaceLabel label, 
             const glm::dvec3 center_world = transform_point(to_world, center);
             double distance = finder_->within(center_world, reach).distance;
             if (!(distance <= reach))
-                distance = (*finder_)(center_world).distance;
+                distance = with_excess_ ? (*finder_)(center_world).distance : infinity;
             best = std::min(best, distance + farthest_from(center));
             if (best <= reach || is_small || distance > reach)
                 return best;
@@ -302,6 +353,8 @@ double FaceDistance<Degree>::piece_bound(const Corners& piece, FaceLabel label, 
     const glm::dvec3 &a = piece[longest], &b = piece[(longest + 1) % 3], &c = piece[(longest + 2) % 3];
     const glm::dvec3 middle = 0.5 * (a + b);
     const double first = piece_bound({a, middle, c}, label, reach);
+    if (first > reach && !with_excess_)
+        return infinity;
     return std::max(first, piece_bound({middle, b, c}, label, reach));
 }
 
@@ -313,14 +366,14 @@ double FaceDistance<Degree>::bound(const Corners& corners, FaceLabel label, doub
 
 template <int Degree>
 std::vector<double> distances_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double enough,
-                                           const Progress& progress)
+                                           bool with_excess, const Progress& progress)
 {
     const LatticeMetric metric(field.surface().volume().lattice_to_world());
     std::vector<double> bounds(mesh.faces.size());
     parallel_for(
         mesh.faces.size(), 256,
         [&](std::size_t begin, std::size_t end) {
-            FaceDistance<Degree> distance(field, metric);
+            FaceDistance<Degree> distance(field, metric, with_excess);
             for (std::size_t i = begin; i < end; ++i)
                 bounds[i] = distance.bound(corners_of(mesh, i), mesh.labels[i], enough);
         },
@@ -331,11 +384,11 @@ std::vector<double> distances_from_surface(const LatticeField<Degree>& field, co
 template class FaceDistance<1>;
 template class FaceDistance<2>;
 template class FaceDistance<3>;
-template std::vector<double> distances_from_surface(const LatticeField<1>&, const LabeledMesh&, double,
+template std::vector<double> distances_from_surface(const LatticeField<1>&, const LabeledMesh&, double, bool,
                                                     const Progress&);
-template std::vector<double> distances_from_surface(const LatticeField<2>&, const LabeledMesh&, double,
+template std::vector<double> distances_from_surface(const LatticeField<2>&, const LabeledMesh&, double, bool,
                                                     const Progress&);
-template std::vector<double> distances_from_surface(const LatticeField<3>&, const LabeledMesh&, double,
+template std::vector<double> distances_from_surface(const LatticeField<3>&, const LabeledMesh&, double, bool,
                                                     const Progress&);
 
 } // namespace isospline

@@ -19,15 +19,19 @@ namespace isospline {
 /// Bounds on the distance of each point of a face from the surface or a cap. The face is cut into pieces until one of
 /// these proofs succeeds for each.
 ///
-/// 1. The piece is moved by a distance s along the gradient, and by s in the opposite direction. If Bernstein
-///    coefficients prove that f - level is positive on all of the one copy and negative on the other, there is a root
-///    within s of each point of the piece. On a cap, the piece itself, or its copy at a distance s along the plane,
-///    has to be in the solid.
+/// 1. The corners of the piece are moved by a distance s along their gradients, and by s in the opposite direction. If
+///    Bernstein coefficients prove that f - level is positive on all of the one copy and negative on the other, there
+///    is a root within s of each point of the piece. On a cap, the piece itself, or its copy at a distance s along the
+///    plane, has to be in the solid.
 /// 2. A point of the surface is within s of the corners of the piece; then it is within s of all of it.
 template <int Degree>
 class FaceDistance {
 public:
-    FaceDistance(const LatticeField<Degree>& field, const LatticeMetric& metric) : field_(field), metric_(metric) {}
+    /// `with_excess`: bounds larger than what is enough are found as well; without, they are infinite, and cost less.
+    FaceDistance(const LatticeField<Degree>& field, const LatticeMetric& metric, bool with_excess)
+        : field_(field), metric_(metric), with_excess_(with_excess)
+    {
+    }
 
     /// A bound for a face with corners in lattice space, in world units. Pieces are not cut further if theirs is at
     /// most `enough`.
@@ -52,11 +56,12 @@ private:
     /// if the box reaches out of the domain.
     std::optional<std::array<glm::ivec3, 2>> cells_of(const Box& box, const HalfSpace* plane) const;
     bool corners_have_sign(const Corners& triangle, double sign) const;
-    /// Whether sign * (f - level) is proven to be positive on all of a triangle, which is in kept cells. Parts of cells
-    /// for which the proof fails are halved up to `halvings` times.
+    /// Whether sign * (f - level) is proven to be positive on all of a triangle, which is in kept cells. Parts of the
+    /// triangle for which the proof fails are halved up to `halvings` times.
     bool has_sign(const Corners& triangle, double sign, const HalfSpace* plane, int halvings);
-    /// Whether all cells between two copies of a triangle are kept.
-    bool is_kept_between(const Corners& first, const Corners& second) const;
+    /// Whether all cells around a triangle and its two copies are kept.
+    bool is_kept_around(const Corners& piece, const Corners& above, const Corners& below) const;
+    glm::dvec3 moved_in_domain(const glm::dvec3& from, glm::dvec3 step) const;
     double bound_by_signs(const Corners& piece, double reach);
     double bound_by_solid(const Corners& piece, FaceLabel label, double reach);
     /// A point of the surface or of a cap near a point, if one is found easily.
@@ -65,6 +70,7 @@ private:
 
     const LatticeField<Degree>& field_;
     const LatticeMetric& metric_;
+    bool with_excess_;
     std::unique_ptr<ClosestPointFinder> finder_;
     std::vector<RecentCell> recent_;
 };
@@ -72,6 +78,6 @@ private:
 /// Bounds for the distances of the faces of a mesh from the surface and its caps, in world units.
 template <int Degree>
 std::vector<double> distances_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double enough,
-                                           const Progress& progress);
+                                           bool with_excess, const Progress& progress);
 
 } // namespace isospline

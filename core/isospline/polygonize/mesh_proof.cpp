@@ -50,7 +50,7 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
         const ProvenFace* const known = find_known(mesh, mesh.faces[i]);
         if (!faces_.empty())
             may_cross[i] = known == nullptr || known->crosses_other ? 1 : 0;
-        if (known != nullptr) {
+        if (known != nullptr && !(is_last && known->distance > tolerance_)) {
             faces.push_back({known->face, known->distance, has_changed[i] != 0});
         } else {
             added.faces.push_back(mesh.faces[i]);
@@ -59,7 +59,7 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
         }
     }
     const std::vector<double> distances =
-        distances_from_surface(field_, added, tolerance_, part_of(progress, 0.0, 0.6));
+        distances_from_surface(field_, added, tolerance_, is_last, part_of(progress, 0.0, 0.6));
     for (std::size_t i = 0; i < distances.size(); ++i)
         faces.push_back({added.faces[i], distances[i], added_have_changed[i] != 0});
     std::sort(faces.begin(), faces.end(), is_before);

@@ -24,7 +24,8 @@ public:
     MeshProof(const LatticeField<Degree>& field, double tolerance) : field_(field), tolerance_(tolerance) {}
 
     /// Examines a mesh with as many vertices as the mesh before. Crossings of two faces that have not changed do not
-    /// count. Boxes of what is not covered are as small as possible in the last examination only.
+    /// count. Boxes of what is not covered are as small as possible, and distances beyond the tolerance are finite, in
+    /// the last examination only.
     void examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, bool is_last,
                  const Progress& progress);
 

@@ -201,7 +201,8 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
             meshes.find_gaps(part(0.2, 0.25));
         const std::vector<Box> failed = meshes.failed(mesh);
         if (failed.empty() || attempt == most_attempts) {
-            if (attempt != most_attempts && !meshes.proof().uncovered().empty())
+            if (attempt != most_attempts &&
+                (!meshes.proof().uncovered().empty() || meshes.proof().distance() > tolerance))
                 meshes.examine(mesh, has_changed, true, part(0.25, 0.5));
             std::vector<glm::dvec3> feet;
             for (const std::uint32_t vertex : drop_unused_vertices(mesh))

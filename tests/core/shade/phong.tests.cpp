@@ -24,7 +24,7 @@ double clamped(double value)
     return value > 0.0 ? value : 0.0;
 }
 
-void require_close(const glm::dvec3& a, const glm::dvec3& b)
+void require_equal_up_to_rounding(const glm::dvec3& a, const glm::dvec3& b)
 {
     for (int channel = 0; channel < 3; ++channel)
         REQUIRE(a[channel] == Approx(b[channel]).margin(1e-12));
@@ -112,8 +112,8 @@ TEST_CASE("Phong with two sides turns the normal to the viewer", "[shade]")
         glm::dvec3 n = random_direction(random);
         if (glm::dot(n, v) < 0.0)
             n = -n;
-        require_close(shade(phong, {{}, -n, v}), shade(phong, {{}, n, v}));
-        require_close(shade(phong, {{}, n, v}), shade(one_sided, {{}, n, v}));
+        require_equal_up_to_rounding(shade(phong, {{}, -n, v}), shade(phong, {{}, n, v}));
+        require_equal_up_to_rounding(shade(phong, {{}, n, v}), shade(one_sided, {{}, n, v}));
     }
 }
 
@@ -121,14 +121,14 @@ TEST_CASE("Phong without lights, with a light on the point and with a zero expon
 {
     Phong phong;
     phong.lights.emplace();
-    require_close(shade(phong, {}), glm::dvec3(phong.ambient));
+    require_equal_up_to_rounding(shade(phong, {}), glm::dvec3(phong.ambient));
 
     phong.lights = {PositionalLight{}};
-    require_close(shade(phong, {}), glm::dvec3(phong.ambient));
+    require_equal_up_to_rounding(shade(phong, {}), glm::dvec3(phong.ambient));
 
     phong.specular_exponent = 0.0;
     phong.lights = {DirectionalLight{{0.0, 0.0, 1.0}}};
-    require_close(shade(phong, {}), glm::dvec3(phong.ambient));
+    require_equal_up_to_rounding(shade(phong, {}), glm::dvec3(phong.ambient));
 }
 
 TEST_CASE("Phong uses the part of each light that reaches the point", "[shade]")
@@ -141,9 +141,9 @@ TEST_CASE("Phong uses the part of each light that reaches the point", "[shade]")
     SurfacePoint point;
     const double hidden[] = {0.0, 1.0}, attenuated[] = {0.25, 1.0};
     point.lit = hidden;
-    require_close(shade(both, point), shade(only_second, SurfacePoint{}));
+    require_equal_up_to_rounding(shade(both, point), shade(only_second, SurfacePoint{}));
     point.lit = attenuated;
-    require_close(shade(both, point), shade(dimmed, SurfacePoint{}));
+    require_equal_up_to_rounding(shade(both, point), shade(dimmed, SurfacePoint{}));
 }
 
 TEST_CASE("Outline is (1 - <N, V>^2)^no, for both signs of the normal", "[shade]")
@@ -155,19 +155,19 @@ TEST_CASE("Outline is (1 - <N, V>^2)^no, for both signs of the normal", "[shade]
             const glm::dvec3 v = random_direction(random);
             const glm::dvec3 n = random_direction(random);
             const glm::dvec3 expected(std::pow(1.0 - std::pow(glm::dot(n, v), 2), exponent));
-            require_close(shade(outline, {{}, n, v}), expected);
-            require_close(shade(outline, {{}, -n, v}), expected);
+            require_equal_up_to_rounding(shade(outline, {{}, n, v}), expected);
+            require_equal_up_to_rounding(shade(outline, {{}, -n, v}), expected);
         }
     }
     const glm::dvec3 longer_than_one(0.0, 0.0, 1.0 + 1e-12);
-    require_close(shade(Outline{0.5}, {{}, longer_than_one, longer_than_one}), glm::dvec3(0.0));
+    require_equal_up_to_rounding(shade(Outline{0.5}, {{}, longer_than_one, longer_than_one}), glm::dvec3(0.0));
 }
 
 TEST_CASE("Outline goes from the surface's colour to the lines' colour", "[shade]")
 {
     const Outline ink{1.0, glm::dvec3(0.1, 0.2, 0.3), glm::dvec3(1.0, 0.9, 0.8)};
-    require_close(shade(ink, {{}, {0, 0, 1}, {0, 0, 1}}), {1.0, 0.9, 0.8});
-    require_close(shade(ink, {{}, {0, 0, 1}, {0, 1, 0}}), {0.1, 0.2, 0.3});
+    require_equal_up_to_rounding(shade(ink, {{}, {0, 0, 1}, {0, 0, 1}}), {1.0, 0.9, 0.8});
+    require_equal_up_to_rounding(shade(ink, {{}, {0, 0, 1}, {0, 1, 0}}), {0.1, 0.2, 0.3});
 }
 
 TEST_CASE("camera lights fall on what faces the camera", "[shade]")
