@@ -19,6 +19,11 @@ namespace {
 
 /// The largest step, as a part of the reach.
 constexpr double largest_step = 0.5;
+/// The longest edge of the parts of a face where heights are measured first, in cells, and their number along an edge.
+constexpr double first_part_edge = 2.0;
+constexpr int most_first_parts = 8;
+/// A change of the mean height by this part of the reach is small.
+constexpr double small_change = 1e-3;
 /// Planes at a smaller angle count as parallel.
 constexpr double least_sine = 1e-3;
 constexpr glm::dmat3 unit_vectors(1.0);
@@ -133,11 +138,6 @@ template <int Degree>
 double VolumePreservation<Degree>::volume_along(const Corners& corners, const Corners& directions,
                                                 const Care& care) const
 {
-    double longest = 0.0;
-    for (std::size_t i = 0; i < 3; ++i)
-        longest = std::max(longest, glm::distance(corners[i], corners[(i + 1) % 3]));
-    const int count = std::clamp(static_cast<int>(std::ceil(longest / care.part_edge)), 1, care.most_parts);
-
     const glm::dmat3 points(corners[0], corners[1], corners[2]), outward(directions[0], directions[1], directions[2]);
     const glm::dvec3 first = metric_.to_world * (corners[1] - corners[0]),
                      second = metric_.to_world * (corners[2] - corners[0]), first_turn = directions[1] - directions[0],
@@ -145,13 +145,27 @@ double VolumePreservation<Degree>::volume_along(const Corners& corners, const Co
     const glm::dvec3 constant = glm::cross(first, second),
                      linear = glm::cross(first, second_turn) + glm::cross(first_turn, second),
                      quadratic = glm::cross(first_turn, second_turn);
-    double sum = 0.0;
-    for_each_point(count, [&](const glm::dvec3& weights) {
-        const glm::dvec3 direction = outward * weights;
-        const double h = height(points * weights, direction, care.reach * reach_);
-        sum += h * glm::dot(constant + h * (linear / 2.0 + h / 3.0 * quadratic), direction);
-    });
-    return 0.5 * orientation_ * sum / (3.0 * count * count);
+    const auto measured = [&](int count) {
+        double sum = 0.0;
+        for_each_point(count, [&](const glm::dvec3& weights) {
+            const glm::dvec3 direction = outward * weights;
+            const double h = height(points * weights, direction, care.reach * reach_);
+            sum += h * glm::dot(constant + h * (linear / 2.0 + h / 3.0 * quadratic), direction);
+        });
+        return 0.5 * orientation_ * sum / (3.0 * count * count);
+    };
+    double longest = 0.0;
+    for (std::size_t i = 0; i < 3; ++i)
+        longest = std::max(longest, glm::distance(corners[i], corners[(i + 1) % 3]));
+    int count = std::clamp(static_cast<int>(std::ceil(longest / first_part_edge)), 1, most_first_parts);
+    double volume = measured(count);
+    for (double edge = first_part_edge; edge > care.part_edge && longest > care.part_edge * count; edge *= 0.5) {
+        const double before = volume;
+        volume = measured(count *= 2);
+        if (std::abs(volume - before) <= small_change * reach_ * 0.5 * glm::length(constant))
+            break;
+    }
+    return volume;
 }
 
 template <int Degree>

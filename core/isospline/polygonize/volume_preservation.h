@@ -52,13 +52,13 @@ private:
 
     std::vector<Between> measure(const LabeledMesh& mesh, const std::vector<std::uint32_t>& numbers,
                                  std::vector<Measured>& before, const Progress& progress) const;
-    /// How closely the volume at a face is measured.
+    /// How closely the volume at a face is measured: at points in its parts. These are halved until the volume changes
+    /// little.
     struct Care {
-        double part_edge; ///< of the parts of a face, each with three points, in cells
-        int most_parts;   ///< along an edge
+        double part_edge; ///< of parts that are not halved, in cells
         double reach;     ///< the largest height, as a multiple of that of the object
     };
-    static constexpr Care care_of_moves{2.0, 8, 1.0}, care_of_report{0.5, 32, 3.0};
+    static constexpr Care care_of_moves{2.0, 1.0}, care_of_report{0.5, 3.0};
 
     double height(const glm::dvec3& at, const glm::dvec3& outward, double reach) const;
     glm::dvec3 area_of(const Corners& corners) const;
