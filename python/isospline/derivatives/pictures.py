@@ -57,7 +57,7 @@ def picture_vjp(
     channel : {"mask", "depth", "normals"} or Phong
         What the picture shows: 1 where there is a hit; the distance along the viewing direction; the unit outward
         normals in the world; or colors by Phong's formula, opaque, of one color, with lights and without shadows. The
-        colors and materials of objects do not count.
+        colors and materials of objects do not count. Normals of meshes are those of their faces, as rays find them.
     samples_per_pixel : int
         Samples of each pixel, uniform in its square. The variance falls most for square numbers: each then has a square
         of its own.
