@@ -246,6 +246,17 @@ def test_outlines_in_cells_of_many_pixels_are_found():
     assert slope == pytest.approx((steps[1] - steps[0]).sum() / 2e-3, rel=0.05)
 
 
+def test_cells_behind_the_camera_are_not_searched():
+    volume = isospline.Volume(DATA, **GRID)
+    camera = isospline.PerspectiveCamera((0.6, 0, 0), (0.6, 1, 0.1), field_of_view=60)  # inside of the torus
+    samples = Samples(jittered(np.argwhere(np.ones((30, 30))), 1, seed=0))
+    outlines = Outlines(isospline.Isosurface(volume, FIELD.level), Film.of_camera(camera, (30, 30)), samples, 1.0)
+    assert len(outlines.curves)
+    for _, starts in outlines.curves:
+        along = (starts - camera.eye) @ camera.world_to_camera[2, :3]
+        assert along.min() > -2 * np.linalg.norm(volume.spacing)  # those of cells around the eye may be behind it
+
+
 def test_edges_that_pass_the_camera_are_cut():
     corners = [(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)]
     floor = isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)])
