@@ -53,6 +53,11 @@ def measure_vjp(
     TypeError
         If `surface` is not an `Isosurface`.
 
+    Notes
+    -----
+    Gradients have no stated error. That of the area converges slowly with `order` where the surface is near a point at
+    which the gradient of f is zero, as at levels at which parts join: compare two orders.
+
     Examples
     --------
     The level at which a ball has a volume of 1, by Newton's method:
