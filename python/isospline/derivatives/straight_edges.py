@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -142,6 +142,15 @@ def feet_on_segments(segments: Segments, film: Film, samples: Samples, tube: flo
         curvatures=np.zeros(len(u)),
         samples=sample,
     )
+
+
+def counted_once(feet: Feet) -> Feet:
+    """Feet where segments lie on each other count as one: where a face ends at the middle of another one's edge."""
+    if not len(feet.samples):
+        return feet
+    places = np.column_stack([feet.samples, np.round(1e6 * feet.positions)])
+    _, place, counts = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+    return replace(feet, speeds=feet.speeds / counts[place.reshape(-1)])
 
 
 def _in_view(segments: Segments, film: Film, samples: Samples, tube: float) -> Segments:

@@ -186,6 +186,20 @@ def test_straight_edges_of_caps_and_meshes_move_with_their_object(item):
     assert mean == pytest.approx(expected, abs=4 * error)
 
 
+def test_edges_with_a_corner_on_one_side_count_once():
+    mesh = box_mesh()
+    middle = len(mesh.vertices) + np.arange(6)
+    a, b, c = mesh.faces[::2].T
+    halves = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1), mesh.faces[1::2]])
+    vertices = np.concatenate([mesh.vertices, 0.5 * (mesh.vertices[a] + mesh.vertices[b])])
+    for channel, ones in (("mask", np.ones(SIZE[::-1])), ("normals", np.ones((*SIZE[::-1], 3)))):
+        gradients = [
+            picture_vjp(placed(each), CAMERA, SIZE, channel)[1](ones)["transforms"][0]
+            for each in (mesh, isospline.Mesh(vertices, halves))
+        ]
+        assert np.allclose(*gradients)
+
+
 def test_the_order_of_corners_hides_no_outline():
     mesh = box_mesh()
     faces = np.where(np.arange(12)[:, None] % 2 == 0, mesh.faces, mesh.faces[:, ::-1])
