@@ -11,6 +11,7 @@ from . import _core
 from .base.color_tables import table
 from .base.handed import handed
 from .base.mistakes import sentence
+from .base.parameters import check_plain
 
 #: Kinds of curvature by which surfaces are coloured, by their names in the viewer and on the command line.
 CURVATURES: dict[str, Any] = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
@@ -59,7 +60,7 @@ def encoded(color: ArrayLike) -> NDArray[np.float64]:
 @handed
 def decoded(color: Any) -> Any:
     """Linear numbers of one colour, from sRGB and, if there are four, an opacity; what is no colour as it is."""
-    if isinstance(color, (str, Linear)):
+    if isinstance(color, (str, Linear)) or np.ma.is_masked(color):  # which the caller refuses
         return color
     try:
         numbers = np.asarray(color, dtype=float)
@@ -169,7 +170,7 @@ def _without_names(colors: Any, parameter: str) -> Any:
     """Linear colours, from names and numbers in sRGB; what are no colours stay as they are."""
     if isinstance(colors, (list, tuple)) and any(isinstance(color, str) for color in colors):
         return [named_color(color, parameter) if isinstance(color, str) else decoded(color) for color in colors]
-    if isinstance(colors, Linear):
+    if isinstance(colors, Linear) or np.ma.is_masked(colors):
         return colors
     try:
         numbers = np.asarray(colors)
@@ -183,6 +184,7 @@ def _without_names(colors: Any, parameter: str) -> Any:
 
 def one_color(color: Any, parameter: str) -> NDArray[np.float64]:
     """Linear red, green and blue of a number, three numbers or a name."""
+    check_plain(color, parameter)
     given = decoded(color)
     parts = named_color(given, parameter) if isinstance(given, str) else np.asarray(given, dtype=float)
     if parts.shape not in ((), (1,), (3,)):
@@ -254,6 +256,7 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
         if colors.ndim != 2 or colors.shape[1] not in (3, 4) or colors.dtype.kind not in "iuf":
             raise TypeError(f"cmap: expected a map that makes colours of numbers, got {type(cmap).__name__}")
         return srgb_to_linear(_checked(colors[:, :3]))
+    check_plain(cmap, "cmap")
     numbers = _without_names(cmap, "cmap")
     try:
         colors = np.asarray(numbers, dtype=float)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .base.mistakes import sentence
+from .base.parameters import check_plain
 from .base.progress import as_callable, part_of, tell
 from .base.results import LevelMeasures
 from .base.signatures import explained
@@ -67,6 +68,7 @@ def measure(
     >>> table.to_csv().splitlines()[0]
     'levels,enclosed_volumes,volume_errors,areas,area_errors'
     """
+    check_plain(levels, "levels")
     wanted = np.asarray(levels, dtype=object)  # rows of different lengths stay objects
     is_real = wanted.ndim == 1 and all(isinstance(each, numbers.Real) and not isinstance(each, bool) for each in wanted)
     if not (wanted.size and is_real and np.isfinite(wanted.astype(np.float64)).all()):

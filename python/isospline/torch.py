@@ -150,8 +150,11 @@ def picture(
     isospline.derivatives.picture_vjp : the same without PyTorch, and what is differentiated.
     """
     motion = _torch().eye(4, dtype=_torch().float64) if camera_motion is None else _torch().as_tensor(camera_motion)
-    if tuple(motion.shape) != (4, 4) or not float(_torch().linalg.det(motion.detach().double())):
-        raise ValueError("camera_motion: expected a (4, 4) matrix with an inverse, got another one")
+    if not motion.dtype.is_floating_point:  # the picture would have this type
+        raise TypeError(f"camera_motion: expected a tensor of real numbers, got {motion.dtype}")
+    if not _is_motion(_array(motion)):
+        expected = "a finite (4, 4) matrix with an inverse, and with 0, 0, 0, 1 in its last row"
+        raise ValueError(f"camera_motion: expected {expected}, got another one")
     parameters = _Parameters(scene, levels, samples, transforms)
 
     def run(motion, *arrays):
@@ -181,6 +184,15 @@ def normals(scene: Scene, camera: Any, size: tuple[int, int], **options: Any) ->
 def mask(scene: Scene, camera: Any, size: tuple[int, int], **options: Any) -> torch.Tensor:
     """The part of each pixel that objects cover, (height, width), as `picture` with its ``channel="mask"``."""
     return picture(scene, camera, size, "mask", **options)
+
+
+def _is_motion(matrix):
+    return (
+        matrix.shape == (4, 4)
+        and np.isfinite(matrix).all()
+        and np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0))
+        and np.linalg.det(matrix) != 0.0
+    )
 
 
 @functools.cache

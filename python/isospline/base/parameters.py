@@ -116,6 +116,7 @@ def check_direction(value: NDArray[np.float64], parameter: str) -> None:
 
 def unit_vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:
     """A direction of length one, from three numbers of any length."""
+    check_plain(value, parameter)
     given = np.asarray(value, dtype=float)
     check_direction(given, parameter)
     unit: NDArray[np.float64] = given / np.linalg.norm(given)

@@ -53,6 +53,11 @@ def measure_vjp(
     TypeError
         If `surface` is not an `Isosurface`.
 
+    Notes
+    -----
+    Gradients have no stated error. That of the area converges slowly with `order` where the surface is near a point at
+    which the gradient of f is zero, as at levels at which parts join: compare two orders.
+
     Examples
     --------
     The level at which a ball has a volume of 1, by Newton's method:
@@ -107,8 +112,8 @@ def distance_vjp(
     vjp : callable
         ``vjp(distances, samples=True)`` takes the gradients of a number by them, (...). It returns its gradients as a
         dict: ``points``, (..., 3); and by geometry id, ``levels``, ``transforms`` and ``samples``, as those of
-        `cast_vjp`. Points on a surface, within 1e-9 of a unit, get the gradient along the outward normal. Nearest
-        points on caps do not move with levels and samples, those on edges of cuts and masks move along these.
+        `cast_vjp`. Points on a surface, within 1e-9 of the scene's size, get the gradient along the outward normal.
+        Nearest points on caps do not move with levels and samples, those on edges of cuts and masks move along these.
 
     Raises
     ------
@@ -144,7 +149,7 @@ def distance_vjp(
     ids, distances = found.geometry_ids.reshape(-1), found.distances.reshape(-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         away = (flat - feet) / distances[:, None] * np.where(inside, -1.0, 1.0)[:, None]
-    away = np.where((distances > 1e-9)[:, None], away, normals)
+    away = np.where((distances > _on_surface(scene))[:, None], away, normals)
     away[~near] = 0.0
 
     moved = {}  # of each object: its points, how their distances change with the level, and the coefficients there
@@ -176,6 +181,14 @@ def distance_vjp(
 
     signed = np.where(inside, -distances, distances).reshape(shape)
     return signed, vjp
+
+
+def _on_surface(scene):
+    """The distance up to which points are on a surface: there, rounding spoils the line to the nearest point."""
+    bounds = scene.bounds
+    if not np.isfinite(bounds).all():
+        return 0.0
+    return max(1e-9 * float(np.ptp(bounds, axis=0).max()), 1e-13 * float(np.abs(bounds).max()))
 
 
 def _slopes_by_level(surface, points, away):

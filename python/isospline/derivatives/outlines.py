@@ -150,16 +150,18 @@ class _Curve:
         return np.concatenate([np.empty((0, 3)), *found])
 
     def seen_boxes(self, cells):
-        """The boxes of cells in the picture; of those that reach behind the eye, all of the picture."""
+        """The boxes of cells in the picture: for those around the eye all of it, for those behind it nothing."""
         corners = cells - self.shift
         first, last = np.full((len(cells), 2), np.inf), np.full((len(cells), 2), -np.inf)
-        behind = np.zeros(len(cells), bool)
+        behind, ahead = np.zeros(len(cells), bool), np.zeros(len(cells), bool)
         affine = self.volume.affine
         for corner in np.ndindex(2, 2, 2):
             positions, t = self.film.project((corners + corner) @ affine[:3, :3].T + affine[:3, 3])
             behind |= ~(t > 0.0) | ~np.isfinite(positions).all(axis=1)
+            ahead |= ~(t <= 0.0)
             first, last = np.fmin(first, positions), np.fmax(last, positions)
         first[behind], last[behind] = -np.inf, np.inf
+        first[~ahead], last[~ahead] = np.inf, -np.inf
         return first, last
 
     def starts_in(self, cells, pieces):

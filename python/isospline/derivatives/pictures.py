@@ -15,7 +15,7 @@ from .film import Film, Samples, jittered
 from .gradients import Gradients, Placed, as_gradients, check_scene, outputs_of_hits
 from .outlines import BESIDE, Feet, Outlines
 from .shades import Depth, Mask, Normals, PhongShade, Seen
-from .straight_edges import feet_on_segments, segments_of
+from .straight_edges import counted_once, feet_on_segments, segments_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,7 +57,7 @@ def picture_vjp(
     channel : {"mask", "depth", "normals"} or Phong
         What the picture shows: 1 where there is a hit; the distance along the viewing direction; the unit outward
         normals in the world; or colors by Phong's formula, opaque, of one color, with lights and without shadows. The
-        colors and materials of objects do not count.
+        colors and materials of objects do not count. Normals of meshes are those of their faces, as rays find them.
     samples_per_pixel : int
         Samples of each pixel, uniform in its square. The variance falls most for square numbers: each then has a square
         of its own.
@@ -262,7 +262,7 @@ class _Picture:
             film = self.film.mapped(np.linalg.inv(transform))
             segments = segments_of(item, film, creases=self.shade.needs_normals)
             if (feet := feet_on_segments(segments, film, samples, tube)) is not None:
-                feet_of[id] = self.seen(id, feet)
+                feet_of[id] = counted_once(self.seen(id, feet))
         return feet_of
 
     def seen(self, id, feet: Feet) -> Feet:

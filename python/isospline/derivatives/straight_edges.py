@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,7 +33,7 @@ class Segments:
 def segments_of(item: object, film: Film, creases: bool) -> Segments:
     """The edges that may be seen as outlines from the film's eye; with `creases`, all between faces of two planes."""
     if isinstance(item, Mesh):
-        return _edges_of_mesh(item, film, creases and item.normals is None)
+        return _edges_of_mesh(item, film, creases)
     return _edges_of_caps(item)
 
 
@@ -48,11 +48,16 @@ def _edges_of_mesh(mesh, film, creases) -> Segments:
     facing = np.sign((normals * (film.eye[3] * a - film.eye[:3])).sum(axis=1))
     pairs = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     edges, place, counts = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
-    face = np.tile(np.arange(len(faces)), 3)[np.argsort(place.reshape(-1), kind="stable")]
+    order = np.argsort(place.reshape(-1), kind="stable")
+    face = np.tile(np.arange(len(faces)), 3)[order]
+    along = np.concatenate([faces[:, 0] < faces[:, 1], faces[:, 1] < faces[:, 2], faces[:, 2] < faces[:, 0]])[order]
     begin = np.cumsum(counts) - counts
-    first, last = face[begin], face[begin + counts - 1]
-    wanted = (counts != 2) | (facing[first] != facing[last])
-    if creases:
+    end = begin + counts - 1
+    first, last = face[begin], face[end]
+    # Two faces with one outer side pass along their edge in opposite ways; the order of corners may be another.
+    turned = np.where(along[begin] != along[end], 1.0, -1.0)
+    wanted = (counts != 2) | (facing[first] != turned * facing[last])
+    if creases:  # also of meshes with normals at the vertices: rays find the normals of faces
         wanted |= (np.abs(normals[first] - normals[last]) > 1e-12).any(axis=1)
     beside = np.stack([normals[first], np.where((counts == 1)[:, None], 0.0, normals[last])], axis=1)
     return Segments(vertices[edges[wanted]], beside[wanted])
@@ -137,6 +142,15 @@ def feet_on_segments(segments: Segments, film: Film, samples: Samples, tube: flo
         curvatures=np.zeros(len(u)),
         samples=sample,
     )
+
+
+def counted_once(feet: Feet) -> Feet:
+    """Feet where segments lie on each other count as one: where a face ends at the middle of another one's edge."""
+    if not len(feet.samples):
+        return feet
+    places = np.column_stack([feet.samples, np.round(1e6 * feet.positions)])
+    _, place, counts = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+    return replace(feet, speeds=feet.speeds / counts[place.reshape(-1)])
 
 
 def _in_view(segments: Segments, film: Film, samples: Samples, tube: float) -> Segments:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ..base.parameters import check_path, printable
+from ..base.parameters import check_path, check_plain, printable
 from ..base.signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
@@ -205,6 +205,8 @@ def check_frame(
     spacing: ArrayLike | None, origin: ArrayLike | None, direction: ArrayLike | None
 ) -> dict[str, ArrayLike | None]:
     """Check a place that replaces that of a file; None stays None."""
+    for name, value in (("spacing", spacing), ("origin", origin), ("direction", direction)):
+        check_plain(value, name)
     return {
         "spacing": None if spacing is None else _positive(_spacing(spacing), "spacing"),
         "origin": None if origin is None else _numbers(origin, "origin", (3,)),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.mistakes import sentence
-from ..base.parameters import check_count, check_type
+from ..base.parameters import check_count, check_plain, check_type
 from ..base.signatures import explained
 from ..base.views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
 from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
@@ -215,6 +215,7 @@ def turn(
     """The cameras of `cameras_around`; the extent is asked for before each of them."""
     check_count(count)
     direction, natural_up = direction_of(view)
+    check_plain(up, "up")
     axis = np.asarray(natural_up if up is None else up, dtype=float)
     fits = []
     for step in range(int(count)):
@@ -237,6 +238,7 @@ class _Fit:
 
     def __init__(self, extent, view, up, projection, field_of_view, size, margin, space=NO_SPACE):
         direction, natural_up = direction_of(view)
+        check_plain(up, "up")
         self.up = np.asarray(natural_up if up is None else up, dtype=float)
         if projection not in ("perspective", "orthographic"):
             raise ValueError(f"projection: expected 'perspective' or 'orthographic', got {projection!r}")
@@ -336,6 +338,7 @@ def extent_of(scene: Bounded) -> Extent:
 
 def _bounds(scene: Bounded) -> NDArray[np.float64]:
     """Lower and upper corner of a box."""
+    check_plain(scene, "scene")
     try:
         bounds = np.asarray(getattr(scene, "bounds", scene), dtype=float)
     except (TypeError, ValueError):

@@ -81,6 +81,16 @@ def test_points_on_the_surface_move_along_its_normal():
     assert np.allclose(by_points, on_it.primitive_normals, atol=1e-3)
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e6])
+def test_gradients_do_not_depend_on_the_unit(unit):
+    """In metres, distances of nanometres are not zero. The nearest point is a corner; then one is on the surface."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
+    scene = isospline.Scene(isospline.Mesh(corners * unit, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
+    offset = np.array([0.3, -0.2, -0.1])
+    found = distance_vjp(scene, [(corners[1] + offset) * unit, (0.2 * unit, 0.2 * unit, -1e-14 * unit)])[1]([1, 1])
+    assert found["points"] == pytest.approx(np.array([offset / np.linalg.norm(offset), (0, 0, -1)]), abs=1e-6)
+
+
 def test_the_level_may_change_before_vjp_is_called():
     at = scene({}, 2)
     _, vjp = distance_vjp(at, [(1.0, 0.2, 0)])

@@ -186,6 +186,57 @@ def test_straight_edges_of_caps_and_meshes_move_with_their_object(item):
     assert mean == pytest.approx(expected, abs=4 * error)
 
 
+def test_edges_with_a_corner_on_one_side_count_once():
+    mesh = box_mesh()
+    middle = len(mesh.vertices) + np.arange(6)
+    a, b, c = mesh.faces[::2].T
+    halves = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1), mesh.faces[1::2]])
+    vertices = np.concatenate([mesh.vertices, 0.5 * (mesh.vertices[a] + mesh.vertices[b])])
+    for channel, ones in (("mask", np.ones(SIZE[::-1])), ("normals", np.ones((*SIZE[::-1], 3)))):
+        gradients = [
+            picture_vjp(placed(each), CAMERA, SIZE, channel)[1](ones)["transforms"][0]
+            for each in (mesh, isospline.Mesh(vertices, halves))
+        ]
+        assert np.allclose(*gradients)
+
+
+def test_the_order_of_corners_hides_no_outline():
+    mesh = box_mesh()
+    faces = np.where(np.arange(12)[:, None] % 2 == 0, mesh.faces, mesh.faces[:, ::-1])
+    gradients = [
+        picture_vjp(placed(each), CAMERA, SIZE)[1](np.ones(SIZE[::-1]))["transforms"][0]
+        for each in (mesh, isospline.Mesh(mesh.vertices, faces))
+    ]
+    assert np.abs(gradients[0]).max() > 10 and np.allclose(*gradients)
+
+
+def test_creases_of_meshes_with_normals_move_with_their_object():
+    """Rays find the normals of faces, so the sum of a picture of normals is that of the seen faces' areas."""
+    mesh, weights = box_mesh(), np.array([1.0, -0.7, 0.4])
+    film = Film.of_camera(CAMERA, SIZE)
+    rounded = isospline.Mesh(mesh.vertices, mesh.faces, normals=mesh.vertices)
+
+    def total(transform):
+        linear = transform[:3, :3]
+        corners = mesh.vertices[mesh.faces] @ linear.T + transform[:3, 3]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        seen = ((CAMERA.eye - corners[:, 0]) * normals).sum(axis=1) > 0
+        a, b, c = film.project(corners[seen].reshape(-1, 3))[0].reshape(-1, 3, 2).transpose(1, 0, 2)
+        areas = 0.5 * np.abs([turn(first, second) for first, second in zip(b - a, c - a)])
+        return (areas * (normals[seen] @ weights)).sum()
+
+    expected = (total(np.eye(4) + 1e-6 * CHANGE) - total(np.eye(4) - 1e-6 * CHANGE)) / 2e-6
+    found = []
+    for seed in range(6):
+        picture, vjp = picture_vjp(placed(rounded), CAMERA, SIZE, "normals", samples_per_pixel=16, seed=seed)
+        assert (picture @ weights).sum() == pytest.approx(total(np.eye(4)), rel=0.01)
+        by_place = vjp(np.broadcast_to(weights, picture.shape), samples=False)["transforms"][0]
+        found.append((by_place * CHANGE).sum())
+    mean, error = statistics(found)
+    assert mean == pytest.approx(expected, abs=4 * error) and error < 0.05 * abs(expected)
+
+
 @pytest.mark.parametrize("channel", ["mask", "depth"])
 def test_what_hides_an_outline_hides_its_motion(channel):
     field = volumes.sphere(0.5)
@@ -207,6 +258,17 @@ def test_outlines_in_cells_of_many_pixels_are_found():
     _, vjp = picture_vjp(scene, camera, (32, 32), samples_per_pixel=16)
     slope = vjp(np.ones((32, 32)), samples=False)["levels"][0]
     assert slope == pytest.approx((steps[1] - steps[0]).sum() / 2e-3, rel=0.05)
+
+
+def test_cells_behind_the_camera_are_not_searched():
+    volume = isospline.Volume(DATA, **GRID)
+    camera = isospline.PerspectiveCamera((0.6, 0, 0), (0.6, 1, 0.1), field_of_view=60)  # inside of the torus
+    samples = Samples(jittered(np.argwhere(np.ones((30, 30))), 1, seed=0))
+    outlines = Outlines(isospline.Isosurface(volume, FIELD.level), Film.of_camera(camera, (30, 30)), samples, 1.0)
+    assert len(outlines.curves)
+    for _, starts in outlines.curves:
+        along = (starts - camera.eye) @ camera.world_to_camera[2, :3]
+        assert along.min() > -2 * np.linalg.norm(volume.spacing)  # those of cells around the eye may be behind it
 
 
 def test_edges_that_pass_the_camera_are_cut():

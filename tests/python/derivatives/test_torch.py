@@ -108,3 +108,10 @@ def test_wrong_arguments_get_one_sentence(torch):
         isospline.torch.mask(scene(), CAMERA, SIZE, levels={4: level})
     with pytest.raises(ValueError, match=r"transforms: expected shape \(4, 4\) for 0, got \(3, 3\)"):
         isospline.torch.mask(scene(), CAMERA, SIZE, transforms={0: torch.eye(3)})
+    projective = torch.eye(4)
+    projective[3, 0] = 0.5
+    for motion in (projective, torch.eye(4) * torch.nan, torch.zeros(4, 4), torch.eye(3)):
+        with pytest.raises(ValueError, match=r"camera_motion: expected a finite \(4, 4\) matrix with an inverse"):
+            isospline.torch.mask(scene(), CAMERA, SIZE, camera_motion=motion)
+    with pytest.raises(TypeError, match="camera_motion: expected a tensor of real numbers, got torch.int64"):
+        isospline.torch.mask(scene(), CAMERA, SIZE, camera_motion=torch.eye(4, dtype=torch.int64))

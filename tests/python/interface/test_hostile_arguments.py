@@ -56,6 +56,16 @@ def test_masked_values_are_not_taken_for_data(volume):
         (lambda: isospline.VolumeData(masked), "data"),
         (lambda: isospline.VolumeData.from_affine(masked, np.eye(4)), "data"),
         (lambda: isospline.Labels(masked), "data"),
+        (lambda: isospline.Labels(np.ones((2, 2, 2), int), spacing=np.ma.masked_less([1, 2, 3], 2)), "spacing"),
+        (lambda: isospline.measure(volume, np.ma.masked_less([1, 2, 3], 2)), "levels"),
+        (lambda: isospline.camera_for(volume, up=np.ma.masked_less([1, 2, 3], 2)), "up"),
+        (lambda: isospline.turntable_cameras(volume, 2, up=np.ma.masked_less([1, 2, 3], 2)), "up"),
+        (lambda: isospline.camera_for(volume, view=np.ma.masked_less([1, 2, 3], 2)), "view"),
+        (lambda: isospline.camera_for(np.ma.masked_less([[-1, -1, -1], [1, 1, 1]], 0)), "scene"),
+        (lambda: isospline.Phong(color=np.ma.masked_less([0, 0.5, 1], 0.5)), "color"),
+        (lambda: isospline.ridges_and_valleys(1, ridge=np.ma.masked_less([0, 0.5, 1], 0.5)), "ridge"),
+        (lambda: isospline.Mesh(np.eye(3), [[0, 1, 2]], colors=np.ma.masked_less(np.eye(3), 1)), "colors"),
+        (lambda: isospline.ColorByDepth(np.ma.masked_less(np.eye(3), 1)), "cmap"),
     ):
         with pytest.raises(ValueError, match=f"^{name}: expected an array without masked values.*, got [0-9]+ masked"):
             call()
