@@ -83,7 +83,12 @@ def _names_by_number(names: Any) -> dict[int, str]:
     for number, name in pairs:
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not isinstance(name, str):
             raise TypeError(f"names: expected numbers and names of labels, got {number!r} and {name!r}")
-    return {int(number): name for number, name in pairs}
+    named: dict[int, str] = {}
+    for number, name in pairs:
+        if named.setdefault(int(number), name) != name:
+            both = f"{named[int(number)]!r} and {name!r}"
+            raise ValueError(f"names: expected one name of a label, got {both} of {number}")
+    return named
 
 
 def _colors_by_number(colors: Any, names: dict[int, str]) -> dict[int, NDArray[np.float64]]:

@@ -266,6 +266,7 @@ def test_images_of_itk(tmp_path):
         (lambda: Labels(two_halves(), spacing=(1, -1, 1)), ValueError, "spacing: expected positive"),
         (lambda: Labels(two_halves(), names=["a"]), TypeError, "names: expected a dict"),
         (lambda: Labels(two_halves(), names={1: 2}), TypeError, "names: expected numbers and names"),
+        (lambda: Labels(two_halves(), names={"a": 1, "b": 1}), ValueError, "names: expected one name of a label"),
         (lambda: Labels(two_halves(), colors={"x": "red"}), ValueError, "colors: expected numbers or names .* 'x'"),
         (lambda: Labels(two_halves(), background="no"), TypeError, "background: expected a whole number"),
         (lambda: Labels(two_halves(), names={1: "liver"}).surface("Livr"), ValueError, "did you mean 'liver'"),
