@@ -1,6 +1,5 @@
 #include "isospline/polygonize/covering.h"
 
-#include "isospline/math/affine.h"
 #include "isospline/math/point_triangle.h"
 #include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/near_faces.h"
@@ -10,12 +9,10 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -25,6 +22,10 @@ namespace {
 
 /// Boxes in which f may have no sign change are halved further, until their edges are this part of the least edge.
 constexpr double part_if_unsure = 0.25;
+/// Faces are nearby within this number of diagonals of a cell.
+constexpr double cells_nearby = 2.0;
+/// The boxes into which cells are halved that may be near to these.
+constexpr CoveringEdges edges_nearby{0.5, 0.0};
 /// Points this close to a plane of the clip count as on it, in lattice units.
 constexpr double on_plane_margin = 1e-9;
 
@@ -53,14 +54,14 @@ public:
         recent_.clear();
     }
 
-    /// Examines the surface in a cell, and the caps.
-    void operator()(const glm::ivec3& cell, bool with_caps)
+    /// Examines the surface in a cell, and the caps. Returns whether they are covered.
+    bool operator()(const glm::ivec3& cell, bool with_caps)
     {
         const VolumeCell coefficients(field_.surface().volume(), field_.surface().threshold(), cell);
         lower_ = coefficients.lower;
         const SurfaceBox<Degree> box = surface_box<Degree>(coefficients, 0);
         if (!with_caps && !box.has_surface())
-            return;
+            return true;
         const Box inner{lower_, lower_ + 1.0};
         std::vector<NearFace>& near = levels_[0];
         near.clear();
@@ -68,18 +69,18 @@ public:
             if (face.reach.meets(inner))
                 near.push_back(face);
         cut_ = nullptr;
-        if (box.has_surface())
-            examine(box, 0, false);
+        bool is_covered = !box.has_surface() || examine(box, 0, false);
         if (!with_caps)
-            return;
+            return is_covered;
         const SolidPlanes& planes = field_.surface().planes();
         for (std::size_t i = 0; i < planes.all().size(); ++i) {
             cut_ = &planes.all()[i];
             const DistanceRange range({lower_, lower_ + 1.0}, *cut_);
             // On a face between two cells, the cap is in the cell on the inner side.
             if (planes.has_caps(i) && range.least <= plane_margin && range.most > plane_margin)
-                examine(box, 0, false);
+                is_covered &= examine(box, 0, false);
         }
+        return is_covered;
     }
 
     Covering take() { return std::move(covering_); }
@@ -349,8 +350,11 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
                    [&](const glm::dvec3& vertex) { return metric.to_world * vertex; });
 
     const ParityProof parity(mesh, world);
+    // Most cells are near to faces beside them. Within a large tolerance, there are many others.
+    const double nearby = cells_nearby * glm::length(metric.to_world * glm::dvec3(1.0));
     const std::vector<BrickInQuestion> bricks = bricks_in_question(surface);
-    std::vector<Covering> found(bricks.size());
+    std::vector<Covering> found(bricks.size()), found_nearby(bricks.size());
+    using Cell = std::pair<glm::ivec3, bool>; // and whether it may have caps
     parallel_for(
         bricks.size(), 4,
         [&](std::size_t begin, std::size_t end) {
@@ -358,36 +362,29 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
                 const BrickCells chosen = filter ? filter(bricks[i].brick.first) : all_cells(glm::ivec3(brick_size));
                 if (chosen == BrickCells{})
                     continue;
-                CellCovering<Degree> covering(field, mesh, world, octree, parity, tolerance, edges);
-                bool is_entered = false;
+                std::vector<Cell> cells;
                 for_each_cell_in_question(surface, bricks[i], chosen, [&](const glm::ivec3& cell, bool with_caps) {
-                    if (!is_entered)
-                        covering.enter(bricks[i].brick);
-                    is_entered = true;
-                    covering(cell, with_caps);
+                    cells.emplace_back(cell, with_caps);
                 });
-                found[i] = covering.take();
+                const auto cover = [&](double within, const CoveringEdges& until) {
+                    CellCovering<Degree> covering(field, mesh, world, octree, parity, within, until);
+                    if (!cells.empty())
+                        covering.enter(bricks[i].brick);
+                    std::erase_if(cells, [&](const Cell& cell) { return covering(cell.first, cell.second); });
+                    return covering.take();
+                };
+                if (nearby < tolerance)
+                    found_nearby[i].distance = cover(nearby, edges_nearby).distance;
+                found[i] = cover(tolerance, edges);
             }
         },
         progress);
     Covering all;
-    for (const Covering& part : found) {
-        all.distance = std::max(all.distance, part.distance);
-        all.uncovered.insert(all.uncovered.end(), part.uncovered.begin(), part.uncovered.end());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        all.distance = std::max({all.distance, found[i].distance, found_nearby[i].distance});
+        all.uncovered.insert(all.uncovered.end(), found[i].uncovered.begin(), found[i].uncovered.end());
     }
     return all;
-}
-
-glm::dvec3 box_of_ball(const LatticeMetric& metric, double radius)
-{
-    const glm::dmat3 rows = glm::transpose(metric.to_lattice);
-    return radius * glm::dvec3(glm::length(rows[0]), glm::length(rows[1]), glm::length(rows[2]));
-}
-
-double least_edge_of(const LatticeMetric& metric, double tolerance)
-{
-    const glm::dvec3 reach = box_of_ball(metric, tolerance);
-    return std::min(1.0 / 64.0, 0.125 * std::min({reach.x, reach.y, reach.z}));
 }
 
 template Covering cover_surface(const LatticeField<1>&, const LabeledMesh&, double, const CoveringEdges&,

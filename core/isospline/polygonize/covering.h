@@ -6,8 +6,11 @@
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/mesh_part.h"
 
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <vector>
 
 namespace isospline {
@@ -37,9 +40,17 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
                        const CoveringEdges& edges, const CellFilter& filter, const Progress& progress);
 
 /// Half of the size of the box in lattice space around a ball in the world.
-glm::dvec3 box_of_ball(const LatticeMetric& metric, double radius);
+inline glm::dvec3 box_of_ball(const LatticeMetric& metric, double radius)
+{
+    const glm::dmat3 rows = glm::transpose(metric.to_lattice);
+    return radius * glm::dvec3(glm::length(rows[0]), glm::length(rows[1]), glm::length(rows[2]));
+}
 
 /// The usual edge: 1/64 of a cell, or an eighth of the tolerance if that is less.
-double least_edge_of(const LatticeMetric& metric, double tolerance);
+inline double least_edge_of(const LatticeMetric& metric, double tolerance)
+{
+    const glm::dvec3 reach = box_of_ball(metric, tolerance);
+    return std::min(1.0 / 64.0, 0.125 * std::min({reach.x, reach.y, reach.z}));
+}
 
 } // namespace isospline

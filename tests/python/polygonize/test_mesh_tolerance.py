@@ -100,7 +100,9 @@ def count_crossings(mesh):
 
 
 @pytest.mark.sweep(2)
-@pytest.mark.parametrize("case", [(1, 0.95, 0.5), (2, 0.95, 0.5), (2, 0.9, 1.0), (3, 0.95, 0.5), (3, 0.9, 1.0)])
+@pytest.mark.parametrize(
+    "case", [(1, 0.95, 0.5), (2, 0.95, 0.5), (2, 0.9, 1.0), (2, 0.95, 5.0), (3, 0.95, 0.5), (3, 0.9, 1.0)]
+)
 def test_noise_is_within_the_tolerance(case):
     degree, level, tolerance = case
     for seed in range(2):
