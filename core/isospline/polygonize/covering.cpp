@@ -95,9 +95,8 @@ private:
     }
 
     /// Points, in world space, around all of the surface or the cap in a box.
-    void find_points(const SurfaceBox<Degree>& box)
+    void find_points(const SurfaceBox<Degree>& box, const UnitSlab& slab)
     {
-        const UnitSlab slab = slab_of<Degree>(box);
         normal_ = (cut_ == nullptr ? slab.normal / box.size : cut_->normal) * metric_.to_lattice;
         if (cut_ == nullptr) {
             points_of_slab(slab, points_);
@@ -235,11 +234,12 @@ private:
             return true;
         const double edge = std::max({box.size.x, box.size.y, box.size.z});
         const bool is_whole = edge <= edges_.reported;
-        if (!is_whole && edge > edges_.least && is_too_thick(box)) {
+        const UnitSlab slab = slab_of<Degree>(box);
+        if (!is_whole && edge > edges_.least && is_too_thick(box, slab)) {
             const bool is_lower_covered = examine_half(box, false, level, is_part);
             return examine_half(box, true, level, is_part) && is_lower_covered;
         }
-        find_points(box);
+        find_points(box, slab);
         if (points_.empty() || is_covered_by_recent())
             return true;
         // Faces that may cover a part of the box.
@@ -279,11 +279,10 @@ private:
 
     /// Whether the slab around the surface in a box, and the box across the slab, are so thick that a proof is
     /// hopeless.
-    bool is_too_thick(const SurfaceBox<Degree>& box) const
+    bool is_too_thick(const SurfaceBox<Degree>& box, const UnitSlab& slab) const
     {
         if (cut_ != nullptr)
             return false;
-        const UnitSlab slab = slab_of<Degree>(box);
         const double of_box = glm::abs(slab.normal.x) + glm::abs(slab.normal.y) + glm::abs(slab.normal.z);
         const double slope = glm::length((slab.normal / box.size) * metric_.to_lattice);
         return std::min(slab.upper - slab.lower, of_box) > 2.0 * tolerance_ * slope;

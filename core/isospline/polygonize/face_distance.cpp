@@ -1,6 +1,7 @@
 #include "isospline/polygonize/face_distance.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/polygonize/clipped_triangle.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/util/parallel.h"
 
@@ -22,7 +23,7 @@ constexpr double margin = 4.0 * plane_margin;
 constexpr double largest_piece = 4.0;
 /// How often what a cell has of a piece is halved in a proof by signs. Halving the piece is the alternative, and costs
 /// more.
-constexpr int most_halvings = 3;
+constexpr int most_halvings = ClippedTriangle::most_planes - 6;
 
 Corners moved(const Corners& corners, const glm::dvec3& step)
 {
@@ -34,45 +35,14 @@ glm::dvec3 center_of(const Corners& corners)
     return (corners[0] + corners[1] + corners[2]) / 3.0;
 }
 
-/// A convex polygon: a triangle, or what planes across the axes leave of it.
-struct Polygon {
-    static constexpr std::size_t capacity = 3 + 6 + most_halvings; ///< each plane adds at most one corner
-
-    std::array<glm::dvec3, capacity> corners;
-    std::size_t count = 0;
-
-    Box box() const
-    {
-        Box box;
-        for (std::size_t i = 0; i < count; ++i)
-            box.extend(corners[i]);
-        return box;
-    }
-    /// The part with x[axis] below or above a limit, which belongs to both.
-    Polygon cut(int axis, double limit, bool is_above) const
-    {
-        Polygon part;
-        for (std::size_t i = 0; i < count; ++i) {
-            const glm::dvec3 &from = corners[i], &to = corners[i + 1 < count ? i + 1 : 0];
-            const double begin = is_above ? from[axis] - limit : limit - from[axis],
-                         end = is_above ? to[axis] - limit : limit - to[axis];
-            if (begin >= 0.0)
-                part.corners[part.count++] = from;
-            if ((begin >= 0.0) != (end >= 0.0)) {
-                glm::dvec3& corner = part.corners[part.count++] = from + begin / (begin - end) * (to - from);
-                corner[axis] = limit;
-            }
-        }
-        return part;
-    }
-};
-
 /// Whether sign * (f - level) is proven to be positive on a polygon in a cell, in its local coordinates. If the proof
 /// fails, the polygon is halved up to `halvings` times.
 template <int Degree>
-bool has_sign_in_cell(const Polygon& polygon, const SurfaceBox<Degree>& cell, double sign, int halvings)
+bool has_sign_in_cell(const ClippedTriangle& polygon, const SurfaceBox<Degree>& cell, double sign, int halvings)
 {
     constexpr double least_edge = 0x1p-40, rounding = 0x1p-38;
+    if (polygon.has_too_many)
+        return false;
     const Box box = polygon.box();
     const glm::dvec3 lower = glm::clamp(box.lower, glm::dvec3(0.0), glm::dvec3(1.0 - least_edge));
     const SurfaceBox<Degree> part =
@@ -155,20 +125,22 @@ bool FaceDistance<Degree>::has_sign(const Corners& triangle, double sign, const 
     if (!cells)
         return false;
     const auto [first, last] = *cells;
-    Polygon whole;
-    for (const glm::dvec3& corner : triangle)
-        whole.corners[whole.count++] = glm::clamp(corner, glm::dvec3(first), glm::dvec3(last + 1));
-    const auto slice = [](const Polygon& polygon, int axis, int at, const glm::ivec3& from, const glm::ivec3& to) {
-        const Polygon above = at > from[axis] ? polygon.cut(axis, at, true) : polygon;
+    Corners inside = triangle;
+    for (glm::dvec3& corner : inside)
+        corner = glm::clamp(corner, glm::dvec3(first), glm::dvec3(last + 1));
+    const ClippedTriangle whole(inside);
+    const auto slice = [](const ClippedTriangle& polygon, int axis, int at, const glm::ivec3& from,
+                          const glm::ivec3& to) {
+        const ClippedTriangle above = at > from[axis] ? polygon.cut(axis, at, true) : polygon;
         return at < to[axis] ? above.cut(axis, at + 1.0, false) : above;
     };
     glm::ivec3 cell;
     for (cell.z = first.z; cell.z <= last.z; ++cell.z) {
-        const Polygon of_layer = slice(whole, 2, cell.z, first, last);
+        const ClippedTriangle of_layer = slice(whole, 2, cell.z, first, last);
         for (cell.y = first.y; cell.y <= last.y; ++cell.y) {
-            const Polygon of_row = slice(of_layer, 1, cell.y, first, last);
+            const ClippedTriangle of_row = slice(of_layer, 1, cell.y, first, last);
             for (cell.x = first.x; cell.x <= last.x; ++cell.x) {
-                Polygon of_cell = slice(of_row, 0, cell.x, first, last);
+                ClippedTriangle of_cell = slice(of_row, 0, cell.x, first, last);
                 if (of_cell.count == 0)
                     continue;
                 for (std::size_t i = 0; i < of_cell.count; ++i)

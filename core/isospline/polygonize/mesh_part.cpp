@@ -24,7 +24,32 @@ struct SharedVertex {
 
 constexpr std::uint32_t unnumbered = std::numeric_limits<std::uint32_t>::max();
 
+/// A number of 64 bits for an index (the finalizer of G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number
+/// generators", OOPSLA 2014).
+std::uint64_t mixed(std::uint64_t index)
+{
+    index = (index + 1) * 0x9e3779b97f4a7c15u;
+    index = (index ^ index >> 30) * 0xbf58476d1ce4e5b9u;
+    index = (index ^ index >> 27) * 0x94d049bb133111ebu;
+    return index ^ index >> 31;
+}
+
 } // namespace
+
+std::vector<std::uint8_t> vertices_at_borders(const LabeledMesh& mesh)
+{
+    std::vector<std::uint64_t> balance(mesh.vertices.size(), 0), number(mesh.vertices.size());
+    for (std::size_t i = 0; i < number.size(); ++i)
+        number[i] = mixed(i);
+    for (const glm::uvec3& face : mesh.faces) {
+        balance[face.x] += number[face.y] - number[face.z];
+        balance[face.y] += number[face.z] - number[face.x];
+        balance[face.z] += number[face.x] - number[face.y];
+    }
+    std::vector<std::uint8_t> flags(balance.size());
+    std::transform(balance.begin(), balance.end(), flags.begin(), [](std::uint64_t sum) { return sum != 0; });
+    return flags;
+}
 
 LabeledMesh join_parts(std::vector<MeshPart> parts, const Progress& progress)
 {

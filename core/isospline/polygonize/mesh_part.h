@@ -68,6 +68,11 @@ inline Box box_of(const std::vector<glm::dvec3>& vertices, const glm::uvec3& fac
     return box_of(corners_of(vertices, face));
 }
 
+/// For each vertex, whether a border of the mesh ends there. Around others, each neighbour is as often the second
+/// corner of a face as the third one, so that numbers of the neighbours add up to zero. They do at a border with a
+/// probability of 2^-64.
+std::vector<std::uint8_t> vertices_at_borders(const LabeledMesh& mesh);
+
 /// Joins parts: vertices with the same key are one. Vertices and faces are in the order of the parts.
 LabeledMesh join_parts(std::vector<MeshPart> parts, const Progress& progress = {});
 

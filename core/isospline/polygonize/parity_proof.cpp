@@ -1,5 +1,7 @@
 #include "isospline/polygonize/parity_proof.h"
 
+#include "isospline/polygonize/clipped_triangle.h"
+
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -19,58 +21,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Bounds of rounding errors: of coordinates, and of areas, as parts of the lengths that they come from.
 constexpr double rounding = 0x1p-44, rounding_of_area = 0x1p-46;
 
-/// A number of 64 bits for an index (the finalizer of G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number
-/// generators", OOPSLA 2014).
-std::uint64_t mixed(std::uint64_t index)
-{
-    index = (index + 1) * 0x9e3779b97f4a7c15u;
-    index = (index ^ index >> 30) * 0xbf58476d1ce4e5b9u;
-    index = (index ^ index >> 27) * 0x94d049bb133111ebu;
-    return index ^ index >> 31;
-}
-
-/// Flags of the vertices at which a border of the mesh ends. At others, each neighbour is as often the second corner of
-/// a face as the third one: the numbers add up to zero. They do at a border with a probability of 2^-64.
-std::vector<std::uint8_t> ends_of_borders(const LabeledMesh& mesh)
-{
-    std::vector<std::uint64_t> balance(mesh.vertices.size(), 0), number(mesh.vertices.size());
-    for (std::size_t i = 0; i < number.size(); ++i)
-        number[i] = mixed(i);
-    for (const glm::uvec3& face : mesh.faces) {
-        balance[face.x] += number[face.y] - number[face.z];
-        balance[face.y] += number[face.z] - number[face.x];
-        balance[face.z] += number[face.x] - number[face.y];
-    }
-    std::vector<std::uint8_t> flags(balance.size());
-    std::transform(balance.begin(), balance.end(), flags.begin(), [](std::uint64_t sum) { return sum != 0; });
-    return flags;
-}
-
-/// The part of a polygon with x or y above or below a limit: sign * x[axis] <= limit.
-void clip(std::vector<glm::dvec3>& polygon, int axis, double sign, double limit, std::vector<glm::dvec3>& clipped)
-{
-    clipped.clear();
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const glm::dvec3 &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
-        const double begin = limit - sign * from[axis], end = limit - sign * to[axis];
-        if (begin >= 0.0)
-            clipped.push_back(from);
-        if ((begin >= 0.0) != (end >= 0.0))
-            clipped.push_back(from + begin / (begin - end) * (to - from));
-    }
-    polygon.swap(clipped);
-}
-
-} // namespace
-
-ParityProof::ParityProof(const LabeledMesh& mesh, const std::vector<glm::dvec3>& world)
-    : mesh_(mesh), world_(world), is_at_border_(ends_of_borders(mesh))
-{
-}
-
-/// Whether a line along z crosses a triangle; nothing if rounding errors decide. It crosses as many of the triangles at
-/// an edge on each side of it as in exact numbers, as the area at the edge is the same number for all of them.
-std::optional<bool> ParityProof::is_crossed(const glm::dvec3& at, const Corners& corners, const glm::uvec3& face) const
+/// Whether a line along z crosses a triangle; nothing if rounding errors decide. The triangles at an edge agree on
+/// which side of it the line is: they compute this from the same numbers in the same order.
+std::optional<bool> is_crossed(const glm::dvec3& at, const Corners& corners, const glm::uvec3& face)
 {
     int above = 0, below = 0;
     for (int i = 0; i < 3; ++i) {
@@ -92,6 +45,13 @@ std::optional<bool> ParityProof::is_crossed(const glm::dvec3& at, const Corners&
     if (at.x < box.lower.x || at.x > box.upper.x || at.y < box.lower.y || at.y > box.upper.y)
         return false;
     return std::nullopt;
+}
+
+} // namespace
+
+ParityProof::ParityProof(const LabeledMesh& mesh, const std::vector<glm::dvec3>& world)
+    : mesh_(mesh), world_(world), is_at_border_(vertices_at_borders(mesh))
+{
 }
 
 std::optional<double> ParityProof::distance(const std::vector<glm::dvec3>& points, const glm::dvec3& normal,
@@ -131,16 +91,13 @@ std::optional<double> ParityProof::distance(const std::vector<glm::dvec3>& point
             box.lower.y > hull.upper.y)
             continue;
         if (box.lower.z <= hull.upper.z - most || box.upper.z >= hull.lower.z + most) {
-            std::vector<glm::dvec3>& polygon = workspace.polygon;
-            polygon.assign(corners.begin(), corners.end());
-            for (int side = 0; side < 2; ++side) {
-                clip(polygon, side, 1.0, hull.upper[side], workspace.clipped);
-                clip(polygon, side, -1.0, -hull.lower[side], workspace.clipped);
-            }
-            box = {};
-            for (const glm::dvec3& corner : polygon)
-                box.extend(corner);
-            if (polygon.empty() || is_beside())
+            ClippedTriangle part(corners);
+            for (int side = 0; side < 2; ++side)
+                part = part.cut(side, hull.upper[side], false).cut(side, hull.lower[side], true);
+            if (part.has_too_many)
+                return std::nullopt;
+            box = part.box();
+            if (part.count == 0 || is_beside())
                 continue;
         }
         if (is_at_border_[face.x] != 0 || is_at_border_[face.y] != 0 || is_at_border_[face.z] != 0)
@@ -149,7 +106,7 @@ std::optional<double> ParityProof::distance(const std::vector<glm::dvec3>& point
         largest = std::max(largest, box.upper.z);
         if (least <= hull.upper.z - most || largest >= hull.lower.z + most)
             return std::nullopt;
-        workspace.crossed.push_back(index);
+        workspace.crossed.push_back({corners, face});
     }
     const double distance = std::max(largest - hull.lower.z, hull.upper.z - least) + slack;
     if (!(distance <= most))
@@ -163,10 +120,8 @@ std::optional<double> ParityProof::distance(const std::vector<glm::dvec3>& point
         const glm::dvec3 at = glm::mix(middle, workspace.points[static_cast<std::size_t>(attempt) % points.size()],
                                        0.3 * static_cast<double>(attempt));
         bool is_odd = false, is_sure = true;
-        for (const std::uint32_t index : workspace.crossed) {
-            const glm::uvec3& face = mesh_.faces[index];
-            const auto crosses =
-                is_crossed(at, {in_frame(world_[face.x]), in_frame(world_[face.y]), in_frame(world_[face.z])}, face);
+        for (const auto& [corners, face] : workspace.crossed) {
+            const auto crosses = is_crossed(at, corners, face);
             is_sure &= crosses.has_value();
             is_odd ^= crosses.value_or(false);
         }

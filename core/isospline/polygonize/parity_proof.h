@@ -24,8 +24,12 @@ public:
 
     /// What a thread uses again and again.
     struct Workspace {
-        std::vector<glm::dvec3> points, polygon, clipped;
-        std::vector<std::uint32_t> crossed;
+        struct Crossed {
+            Corners corners; ///< in the frame of the segments
+            glm::uvec3 face;
+        };
+        std::vector<glm::dvec3> points;
+        std::vector<Crossed> crossed;
     };
 
     /// A distance of at most `most` from the mesh within which all points of the convex hull of `points` are proven to
@@ -34,8 +38,6 @@ public:
                                    const std::vector<std::uint32_t>& faces, double most, Workspace& workspace) const;
 
 private:
-    std::optional<bool> is_crossed(const glm::dvec3& at, const Corners& corners, const glm::uvec3& face) const;
-
     const LabeledMesh& mesh_;
     const std::vector<glm::dvec3>& world_;
     std::vector<std::uint8_t> is_at_border_; ///< for each vertex

@@ -69,18 +69,11 @@ bool is_between_kept_and_removed(const IsosurfaceSnapshot& surface, const glm::d
 /// Flags of the vertices at borders and on caps.
 std::vector<std::uint8_t> ends_of_isosurface(const LabeledMesh& mesh)
 {
-    std::vector<std::uint8_t> flags(mesh.vertices.size(), 0);
-    // Around any other vertex, each neighbour is the second corner of one face and the third corner of another.
-    std::vector<std::int64_t> balance(mesh.vertices.size(), 0);
+    std::vector<std::uint8_t> flags = vertices_at_borders(mesh);
     for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        for (int corner = 0; corner < 3; ++corner) {
-            const std::uint32_t vertex = mesh.faces[i][corner];
-            balance[vertex] += std::int64_t{mesh.faces[i][(corner + 1) % 3]} - mesh.faces[i][(corner + 2) % 3];
-            if (mesh.labels[i] != on_isosurface)
-                flags[vertex] = 1;
-        }
-    for (std::size_t i = 0; i < flags.size(); ++i)
-        flags[i] |= static_cast<std::uint8_t>(balance[i] != 0);
+        if (mesh.labels[i] != on_isosurface)
+            for (int corner = 0; corner < 3; ++corner)
+                flags[mesh.faces[i][corner]] = 1;
     return flags;
 }
 

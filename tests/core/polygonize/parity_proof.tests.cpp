@@ -1,6 +1,7 @@
 #include "catch.h"
 
 #include "isospline/math/point_triangle.h"
+#include "isospline/polygonize/clipped_triangle.h"
 #include "isospline/polygonize/parity_proof.h"
 
 #include <glm/geometric.hpp>
@@ -134,4 +135,21 @@ TEST_CASE("the parity of crossings proves nothing at a border, between two sheet
     fins.vertices.push_back({0.0, 0.0, 0.05});
     fins.faces.push_back({fins.faces[cells * cells].x, fins.faces[cells * cells].y, last});
     REQUIRE(!distance(fins, fins.vertices[fins.faces[cells * cells].x], 0.1));
+}
+
+TEST_CASE("a plane cuts a triangle, and rounding errors along it do not write beyond its corners", "[polygonize]")
+{
+    const ClippedTriangle triangle(Corners{glm::dvec3(0.0), glm::dvec3(2.0, 0.0, 1.0), glm::dvec3(0.0, 2.0, 0.0)});
+    const ClippedTriangle below = triangle.cut(0, 0.5, false), above = triangle.cut(0, 0.5, true);
+    REQUIRE(below.count == 4);
+    REQUIRE(above.count == 3);
+    REQUIRE(below.box().upper == glm::dvec3(0.5, 2.0, 0.25));
+    REQUIRE(above.box().lower == glm::dvec3(0.5, 0.0, 0.25));
+    REQUIRE(triangle.cut(2, 2.0, true).count == 0);
+    ClippedTriangle wavy;
+    wavy.count = ClippedTriangle::capacity;
+    for (std::size_t i = 0; i < wavy.count; ++i)
+        wavy.corners[i] = {static_cast<double>(i), 1.0 + (i % 2 == 0 ? 0x1p-50 : -0x1p-50), 0.0};
+    REQUIRE(wavy.cut(1, 1.0, true).has_too_many);
+    REQUIRE(wavy.cut(1, 1.0, true).cut(0, 3.0, false).has_too_many);
 }
