@@ -266,11 +266,12 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         RootPacket roots;
         const LaneMask found = of.object.intersector_.first_roots(cells, surface.threshold(), of.query.in_lattice,
                                                                   of.query.t_limit, roots);
+        std::uint64_t primitives[packet_capacity];
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
-            const HitIds ids{of.slot, false, surface.volume().primitive_id(cells.lower_of(lane))};
-            of.query.record(lane, roots.root(lane), ids, of.t_far[lane]);
+            primitives[lane] = surface.volume().primitive_id(cells.lower_of(lane));
         }
+        of.query.record(found, roots, of.slot, primitives, of.t_far);
         return found != 0;
     };
     trace(arguments.primID, query.in_lattice, active, {record, &visit, query.t_limit});

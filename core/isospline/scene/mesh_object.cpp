@@ -173,6 +173,7 @@ LaneMask MeshObject::occluded_lanes(unsigned int primitive, LaneMask active, Pac
 void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, const Placement& placement) const
 {
     hit.position = ray_world.at(hit.t);
+    hit.gradient_magnitude = 0.0;
     const auto [a, b, c] = triangle(hit.primitive_id);
     const glm::dmat3 linear(placement.transform);
     const glm::dvec3 normal = glm::cross(linear * (b - a), linear * (c - a));

@@ -16,8 +16,8 @@ std::span<Hit> hits_of_packet(std::span<Hit> hits, std::size_t packet, int width
 /// Sets the parts of a hit that are known before its object completes it.
 void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHits* in_meshes, std::uint32_t geometry_id)
 {
-    hit.clear();
     hit.t = t;
+    hit.uv = glm::vec2(0.0f);
     hit.geometry_id = geometry_id;
     hit.primitive_id = ids.primitive;
     if (const MeshHit* const in_mesh = in_meshes != nullptr ? in_meshes->find(ids.slot) : nullptr)
@@ -71,23 +71,22 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
 void RayCaster::Impl::set_hits(const RayPacket& rays, LaneMask lanes, const PacketHits& found,
                                const MeshHits* in_meshes, std::span<Hit> hits) const
 {
-    alignas(64) double t[packet_capacity] = {};
-    for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
-        const int lane = std::countr_zero(rest);
-        Hit& hit = hits[static_cast<std::size_t>(lane)];
-        set_hit(hit, found.nearest_given[lane], found.nearest_ids[lane],
-                in_meshes != nullptr ? in_meshes + lane : nullptr, scene.instances[found.nearest_ids[lane].slot]->id);
-        t[lane] = hit.t;
-    }
-    for (LaneMask rest = complete ? lanes : 0; rest != 0;) {
-        const unsigned int slot = found.nearest_ids[std::countr_zero(rest)].slot;
-        LaneMask of_instance = 0;
-        for (LaneMask others = rest; others != 0; others &= others - 1u)
-            if (const int lane = std::countr_zero(others); found.nearest_ids[lane].slot == slot)
-                of_instance |= LaneMask{1} << lane;
+    while (lanes != 0) {
+        const std::uint32_t slot = found.nearest_ids[std::countr_zero(lanes)].slot;
         const Instance& instance = *scene.instances[slot];
-        instance.object->complete(hits, rays, t, of_instance, found.nearest, instance.placement);
-        rest &= ~of_instance;
+        LaneMask of_instance = 0;
+        for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
+            const int lane = std::countr_zero(rest);
+            const HitIds& ids = found.nearest_ids[lane];
+            if (ids.slot != slot)
+                continue;
+            of_instance |= LaneMask{1} << lane;
+            set_hit(hits[static_cast<std::size_t>(lane)], found.nearest_given[lane], ids,
+                    in_meshes != nullptr ? in_meshes + lane : nullptr, instance.id);
+        }
+        if (complete)
+            instance.object->complete(hits, rays, found.nearest_given, of_instance, found.nearest, instance.placement);
+        lanes &= ~of_instance;
     }
 }
 
@@ -130,9 +129,7 @@ void RayCaster::Impl::cast_at_others(const RayPacket& rays, std::size_t index, P
         if (!query.has_hit())
             continue;
         hit_lanes |= LaneMask{1} << lane;
-        hits.nearest.set(lane, query.nearest);
-        hits.nearest_given[lane] = query.nearest_given;
-        hits.nearest_ids[lane] = query.nearest_ids;
+        hits.set(lane, query.nearest, query.nearest_given, query.nearest_ids);
     }
 }
 

@@ -237,7 +237,7 @@ LaneMask RayCaster::Impl::find_hits(const RayPacket& rays, std::size_t index, co
     const ValidLanes<Size> valid(used);
     embree::intersect_coherent(traversal.scene, packet, valid.flags, ray_hits);
     packet.rethrow();
-    return packet.lanes_with_hit(used);
+    return packet.hit_lanes;
 }
 
 } // namespace isospline

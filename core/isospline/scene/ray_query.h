@@ -9,6 +9,7 @@
 #include "isospline/scene/embree_api.h"
 #include "isospline/scene/embree_ray.h"
 #include "isospline/scene/instance.h"
+#include "isospline/scene/nearest_hits.h"
 #include "isospline/scene/object.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
@@ -39,49 +40,6 @@ inline TriangleRay ray_in_mesh(const Ray& ray_world, const Placement& placement)
                         placement.linear_inverse * ray_world.direction, ray_world.t_near, ray_world.t_far});
 }
 
-/// The first triangle of a mesh that a ray crosses, of those found so far.
-struct MeshHit {
-    std::uint32_t slot, primitive;
-    TriangleHit hit;
-    double t; ///< the least of the triangles, which rounding may make less than that of the first one
-};
-
-/// The first hits of a ray in meshes, one a mesh. They do not depend on hits of other objects, so that these cannot
-/// change which triangle of a mesh is hit.
-class MeshHits {
-public:
-    void clear() { hits_.clear(); }
-    const MeshHit* find(std::uint32_t slot) const
-    {
-        const auto i = place_of(slot);
-        return i < hits_.size() ? &hits_[i] : nullptr;
-    }
-    /// Adds a hit of a mesh; `is_before(hit, other)` tells which of two triangles the ray meets first. Returns the
-    /// first hit in the mesh.
-    template <typename IsBefore>
-    const MeshHit& add(const MeshHit& hit, const IsBefore& is_before)
-    {
-        const auto i = place_of(hit.slot);
-        if (i == hits_.size())
-            return hits_.emplace_back(hit);
-        MeshHit& first = hits_[i];
-        const double t = std::min(hit.t, first.t);
-        if (is_before(hit, first))
-            first = hit;
-        first.t = t;
-        return first;
-    }
-
-private:
-    std::size_t place_of(std::uint32_t slot) const
-    {
-        const auto found = std::find_if(hits_.begin(), hits_.end(), [&](const MeshHit& in) { return in.slot == slot; });
-        return static_cast<std::size_t>(found - hits_.begin());
-    }
-
-    std::vector<MeshHit> hits_;
-};
-
 /// Instances by slot, the number that Embree reports, in the order of their geometry ids.
 using Instances = std::span<const std::shared_ptr<const Instance>>;
 
@@ -98,48 +56,6 @@ struct RawCrossing {
     std::uint32_t slot;
     std::uint64_t primitive;
 };
-
-/// The ids of a hit.
-struct HitIds {
-    std::uint32_t slot = RTC_INVALID_GEOMETRY_ID;
-    bool is_cap = false;
-    std::uint64_t primitive = 0;
-};
-
-/// Whether the first of two hits at the same t is the hit of the ray, and not the second. It is the one with the
-/// smaller geometry id, then the one with the smaller primitive id. A cap comes after all others. If caps of several
-/// instances coincide, as those of skin and bone in one clip, the one that was added last is visible.
-inline bool precedes(const HitIds& a, const HitIds& b)
-{
-    if (a.is_cap != b.is_cap)
-        return b.is_cap;
-    if (a.slot == b.slot)
-        return a.primitive < b.primitive;
-    return a.is_cap == (a.slot > b.slot);
-}
-
-/// The t of a hit: that of the prepared ray, and that which is reported.
-struct HitT {
-    double moved, given;
-};
-
-/// Whether the first of two hits is the hit of the ray, and not the second. Reported numbers decide, so that objects
-/// tie if they are seen to. Crossings of one isosurface are compared with the precision of the prepared ray. This is a
-/// total order, so the order in which hits are found does not matter.
-inline bool precedes(const HitT& a_t, const HitIds& a, const HitT& b_t, const HitIds& b)
-{
-    if (a_t.given != b_t.given)
-        return a_t.given < b_t.given;
-    if (a.slot == b.slot && a.is_cap == b.is_cap && a_t.moved != b_t.moved)
-        return a_t.moved < b_t.moved;
-    return precedes(a, b);
-}
-
-/// No t beyond this one is reported as the same number, or as a smaller one.
-inline double last_equal_t(double moved, const RayLimits& limits)
-{
-    return moved + 0x1p-50 * (moved + std::abs(limits.shift) * limits.length);
-}
 
 /// The part of a ray that the clip of a capped isosurface keeps, for lists of crossings.
 struct ChordOfInstance {
@@ -188,8 +104,6 @@ struct Query : embree::QueryContext {
 
     std::exception_ptr raised;
 };
-
-struct PacketHits;
 
 /// The query of one ray.
 struct RayQuery : Query {
@@ -276,73 +190,13 @@ private:
     }
 };
 
-/// The nearest hits of the rays of a packet so far.
-struct PacketHits {
-    /// `t_far` are the ends of the rays.
-    void begin(const double* t_far)
-    {
-        std::copy_n(t_far, packet_capacity, t_limit);
-        std::fill_n(nearest_ids, packet_capacity, HitIds());
-    }
-
-    bool has_hit(int lane) const { return nearest_ids[lane].slot != RTC_INVALID_GEOMETRY_ID; }
-    /// Those of `lanes` that have a hit.
-    LaneMask lanes_with_hit(LaneMask lanes) const
-    {
-        LaneMask found = 0;
-        for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u)
-            if (const int lane = std::countr_zero(rest); has_hit(lane))
-                found |= LaneMask{1} << lane;
-        return found;
-    }
-
-    /// Keeps a hit of an isosurface if it is nearer than the nearest so far; returns whether it is.
-    bool record(int lane, const RootInCell& root, const HitIds& ids, const RayLimits& limits)
-    {
-        if (!(root.t <= t_limit[lane]))
-            return false;
-        const HitT t{root.t, limits.given_t(root.t)};
-        if (has_hit(lane) && !is_first(lane, t, ids))
-            return false;
-        keep(lane, root, t, ids, limits);
-        return true;
-    }
-    /// The same for the first hit of a mesh.
-    bool record(int lane, const MeshHit& hit, const RayLimits& limits)
-    {
-        const HitIds ids{hit.slot, false, hit.primitive};
-        const HitT t{limits.moved_t(hit.t), hit.t};
-        if (has_hit(lane) && ids.slot != nearest_ids[lane].slot && !is_first(lane, t, ids))
-            return false;
-        keep(lane, {t.moved, glm::dvec3(0.0)}, t, ids, limits);
-        return true;
-    }
-
-    RootPacket nearest; ///< like that of RayQuery
-    double nearest_given[packet_capacity];
-    HitIds nearest_ids[packet_capacity];
-    alignas(64) double t_limit[packet_capacity];
-
-private:
-    bool is_first(int lane, const HitT& t, const HitIds& ids) const
-    {
-        return precedes(t, ids, {nearest.t[lane], nearest_given[lane]}, nearest_ids[lane]);
-    }
-    void keep(int lane, const RootInCell& root, const HitT& t, const HitIds& ids, const RayLimits& limits)
-    {
-        nearest.set(lane, root);
-        nearest_given[lane] = t.given;
-        nearest_ids[lane] = ids;
-        t_limit[lane] = last_equal_t(root.t, limits);
-    }
-};
-
 inline void RayQuery::begin_at(const PacketHits& hits, int lane)
 {
     t_limit = hits.t_limit[lane];
-    nearest_ids = hits.nearest_ids[lane];
-    if (!has_hit())
+    nearest_ids = {};
+    if (!hits.has_hit(lane))
         return;
+    nearest_ids = hits.nearest_ids[lane];
     nearest = hits.nearest.root(lane);
     nearest_given = hits.nearest_given[lane];
 }
@@ -366,6 +220,16 @@ struct PacketQuery : Query, PacketHits {
     /// Like that of RayQuery, for all lanes; `in_lattice` may have been set for the slot.
     void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface, const CapBoxes& caps);
 
+    /// Like that of PacketHits, and ends Embree's rays; `t_far` are those of all lanes.
+    void record(LaneMask lanes, const RootPacket& roots, std::uint32_t slot, const std::uint64_t* primitives,
+                float* t_far)
+    {
+        for (LaneMask rest = PacketHits::record(lanes, roots, slot, primitives, prepared.limits); rest != 0;
+             rest &= rest - 1u) {
+            const int lane = std::countr_zero(rest);
+            t_far[lane] = std::min(t_far[lane], rounded_up(t_limit[lane]));
+        }
+    }
     /// Like those of RayQuery; `t_far` belongs to the lane.
     void record(int lane, const RootInCell& root, const HitIds& ids, float& t_far)
     {

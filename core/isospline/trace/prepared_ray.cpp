@@ -104,15 +104,15 @@ HWY_INLINE Preparation<N> prepared(const Vector3<N>& origin, const Vector3<N>& d
 
 using Doubles = hn::CappedTag<double, PreparedPacket::capacity>;
 
-// Lanes whose rays are finite and miss the box by more than rounding. A line o + t d meets a box around the origin only
+// Whether all rays are finite and miss the box by more than rounding. A line o + t d meets a box around the origin only
 // if |o_y d_z - o_z d_y| <= h_y |d_z| + h_z |d_y|, and likewise for each pair of axes: the projections of the box and
 // of the line along the third axis meet. A ray from t = 0 on misses the box if it begins outside of it and goes away
 // from it along one axis. This test needs no division, unlike the preparation that it saves.
-LaneMask ClearMisses(const RayPacket& rays, const glm::dvec3& centre, const Box& box)
+bool AllClearlyMiss(const RayPacket& rays, const glm::dvec3& centre, const Box& box)
 {
     const Doubles d;
     using V = hn::Vec<Doubles>;
-    LaneMask misses = 0;
+    const LaneMask all = (LaneMask{1} << rays.count) - 1u;
     for (std::size_t first = 0; first < static_cast<std::size_t>(rays.count); first += hn::Lanes(d)) {
         V origin[3], direction[3], reach[3], size[3], half_size[3];
         for (int axis = 0; axis < 3; ++axis) {
@@ -141,16 +141,19 @@ LaneMask ClearMisses(const RayPacket& rays, const glm::dvec3& centre, const Box&
         const V length = hn::Add(hn::Add(size[0], size[1]), size[2]);
         const V least = hn::Set(d, 1e-150), most = hn::Set(d, 1e150); // whose squares are finite and not zero
         const auto valid = hn::And(hn::And(hn::Gt(length, least), hn::Lt(length, most)), hn::Lt(largest, most));
-        misses |= to_lane_mask(d, hn::And(outside, valid), first);
+        const LaneMask misses = to_lane_mask(d, hn::And(outside, valid), first);
+        if ((all & all_lanes(d) << first & ~misses) != 0)
+            return false;
     }
-    return misses;
+    return true;
 }
 
 // Results of rays that are not valid have no meaning.
 PreparedLanes PreparePacket(const RayPacket& rays, const RayFrame& frame, PreparedPacket& packet)
 {
+    packet.count = rays.count;
     const LaneMask all = (LaneMask{1} << rays.count) - 1u;
-    if ((ClearMisses(rays, frame.centre, frame.box) & all) == all)
+    if (AllClearlyMiss(rays, frame.centre, frame.box))
         return {all, 0};
 
     const Doubles d;
@@ -184,7 +187,9 @@ void ToLattice(const PreparedPacket& packet, const glm::dmat4& map, const glm::i
     const hn::Rebind<float, Doubles> to_float;
     using V = hn::Vec<Doubles>;
     const V limit = hn::Set(d, huge_inverse_single);
-    for (std::size_t first = 0; first < PreparedPacket::capacity; first += hn::Lanes(d)) {
+    for (std::size_t first = 0; first < static_cast<std::size_t>(packet.count); first += hn::Lanes(d)) {
+        const auto copy = [&](const double* from, double* to)
+                              HWY_ATTR { hn::Store(hn::Load(d, from + first), d, to + first); };
         const auto load = [&](const double(&from)[3][PreparedPacket::capacity]) HWY_ATTR {
             return Vector3<V>{hn::Load(d, from[0] + first), hn::Load(d, from[1] + first), hn::Load(d, from[2] + first)};
         };
@@ -200,10 +205,13 @@ void ToLattice(const PreparedPacket& packet, const glm::dmat4& map, const glm::i
             const V limited = hn::Max(hn::Min(line.inverse_direction, limit), hn::Neg(limit));
             hn::Store(hn::DemoteTo(to_float, limited), to_float, rays.inverse_direction_single[axis] + first);
         }
+        copy(packet.t_near, rays.t_near);
+        copy(packet.t_far, rays.t_far);
+        copy(packet.limits.shift, rays.limits.shift);
+        copy(packet.limits.length, rays.limits.length);
+        copy(packet.limits.t_near, rays.limits.t_near);
+        copy(packet.limits.t_far, rays.limits.t_far);
     }
-    std::copy_n(packet.t_near, PreparedPacket::capacity, rays.t_near);
-    std::copy_n(packet.t_far, PreparedPacket::capacity, rays.t_far);
-    rays.limits = packet.limits;
 }
 
 } // namespace HWY_NAMESPACE

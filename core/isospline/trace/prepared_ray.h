@@ -36,7 +36,7 @@ struct PreparedRay {
     RayLimits limits;
 };
 
-/// The same for up to 16 rays, one per lane.
+/// The same for up to 16 rays, in the first lanes.
 struct PreparedPacket {
     static constexpr int capacity = packet_capacity;
 
@@ -49,7 +49,8 @@ struct PreparedPacket {
                 limits[lane]};
     }
 
-    alignas(64) double origin[3][capacity] = {};
+    int count = 0;
+    alignas(64) double origin[3][capacity] = {}; ///< lanes beyond the count are harmless
     alignas(64) double direction[3][capacity] = {};
     alignas(64) double t_near[capacity] = {};
     alignas(64) double t_far[capacity] = {};

@@ -38,7 +38,7 @@ void packet_hits(SurfaceHitPacket& hits, const RayPacket& rays, const double* HW
 {
     const hn::CappedTag<double, LatticeRayPacket::capacity> d;
     using V = hn::Vec<decltype(d)>;
-    for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+    for (std::size_t first = 0; first < static_cast<std::size_t>(rays.count); first += hn::Lanes(d)) {
         const Vector3<V> gradient = {hn::Load(d, roots.gradient[0] + first), hn::Load(d, roots.gradient[1] + first),
                                      hn::Load(d, roots.gradient[2] + first)};
         const auto normal = surface_normal(gradient, outward, world_to_lattice);

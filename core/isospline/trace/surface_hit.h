@@ -22,7 +22,7 @@ struct SurfaceHitPacket {
     alignas(64) double gradient_magnitude[LatticeRayPacket::capacity];
 };
 
-/// The same for all lanes of a packet, bit for bit, with positions at `t` along the rays. Lanes without a root are
+/// The same for the rays of a packet, bit for bit, with positions at `t` along the rays. Lanes without a root are
 /// harmless.
 void set_surface_hits(SurfaceHitPacket& hits, const RayPacket& rays, const double* t, const RootPacket& roots,
                       Inside inside, const glm::dmat4& world_to_lattice);

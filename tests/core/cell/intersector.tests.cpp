@@ -248,6 +248,7 @@ TEST_CASE("positions and normals of a packet are those of hits alone, bit for bi
         RayPacket rays;
         for (int lane = 0; lane < RayPacket::capacity; ++lane)
             rays.set(lane, {{value(random), value(random), value(random)}, {value(random), value(random), 1.0}});
+        rays.count = RayPacket::capacity;
         SurfaceHitPacket hits;
         set_surface_hits(hits, rays, roots.t, roots, inside, world_to_lattice);
         for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
