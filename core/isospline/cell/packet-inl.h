@@ -22,6 +22,9 @@ using Doubles = hn::CappedTag<double, LatticeRayPacket::capacity>;
 // So few rays or fewer are faster one after the other.
 constexpr int few_lanes = 2;
 
+// scaled_bernstein() of the rays.
+using ScaledPacket = const float (*)[LatticeRayPacket::capacity];
+
 // The coefficients of the cells of some lanes less the threshold.
 template <int Degree, class V>
 class CoefficientsOfLanes {
@@ -167,21 +170,20 @@ HWY_INLINE LaneMask clip_packet(const Cells& cells, const LatticeRayPacket& rays
 }
 
 // What single precision proves about the segments.
+template <int Degree>
 struct PacketVerdict {
-    LaneMask one_root, undecided;
-    LaneMask rising;                                 ///< of those with one root: f increases along the ray
-    alignas(64) float s[LatticeRayPacket::capacity]; ///< if there is one root, its approximate place
-    alignas(64) float slope[LatticeRayPacket::capacity];
+    LaneMask one_root = 0, undecided = 0;
+    LaneMask rising = 0; ///< of those with one root: f increases along the ray
+    alignas(64) float scaled[3 * Degree + 1][LatticeRayPacket::capacity]; ///< of those with one root
 };
 
 template <int Degree, class Cells>
-HWY_INLINE PacketVerdict judge_packet(const Cells& cells, const PacketSegments& segments, LaneMask inside)
+HWY_INLINE PacketVerdict<Degree> judge_packet(const Cells& cells, const PacketSegments& segments, LaneMask inside)
 {
     const Singles d;
     using V = hn::Vec<Singles>;
     constexpr int order = 3 * Degree;
-    PacketVerdict verdict;
-    verdict.one_root = verdict.undecided = verdict.rising = 0;
+    PacketVerdict<Degree> verdict;
     for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
         const LaneMask wanted = inside & all_lanes(d) << first;
         if (wanted == 0)
@@ -198,9 +200,8 @@ HWY_INLINE PacketVerdict judge_packet(const Cells& cells, const PacketSegments& 
         verdict.undecided |= wanted & ~to_lane_mask(d, proven.no_root, first) & ~one_root;
         if (one_root != 0) {
             verdict.rising |= to_lane_mask(d, hn::Lt(scaled[0], hn::Zero(d)), first) & one_root;
-            const RootEstimate<V> estimate = estimate_root<order>(scaled);
-            hn::Store(estimate.s, d, verdict.s + first);
-            hn::Store(estimate.slope, d, verdict.slope + first);
+            for (int r = 0; r <= order; ++r)
+                hn::Store(scaled[r], d, verdict.scaled[r] + first);
         }
     }
     return verdict;
@@ -216,6 +217,28 @@ HWY_INLINE hn::Mask<Doubles> are_within_limits(const LatticeRayPacket& rays, std
                    hn::And(hn::Ge(given, load(rays.limits.t_near)), hn::Le(given, load(rays.limits.t_far))));
 }
 
+// The approximate roots of lanes that have one root.
+template <int Degree>
+struct PacketEstimate {
+    HWY_INLINE PacketEstimate(ScaledPacket scaled, LaneMask lanes)
+    {
+        const Singles d;
+        for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+            if ((lanes >> first & all_lanes(d)) == 0)
+                continue;
+            Bernstein<3 * Degree, hn::Vec<Singles>> polynomial;
+            for (int r = 0; r <= 3 * Degree; ++r)
+                polynomial[r] = hn::Load(d, scaled[r] + first);
+            const auto estimate = estimate_root<3 * Degree>(polynomial);
+            hn::Store(estimate.s, d, s + first);
+            hn::Store(estimate.slope, d, slope + first);
+        }
+    }
+
+    alignas(64) float s[LatticeRayPacket::capacity];
+    alignas(64) float slope[LatticeRayPacket::capacity];
+};
+
 // The roots that double precision finds from those of single precision.
 struct RefinedRoots {
     LaneMask found = 0;     ///< that count
@@ -224,10 +247,13 @@ struct RefinedRoots {
 
 template <int Degree, class Cells>
 HWY_INLINE RefinedRoots refine_packet(const Cells& cells, const LatticeRayPacket& rays, const PacketSegments& segments,
-                                      const PacketVerdict& verdict, LaneMask lanes, const double* HWY_RESTRICT t_limit,
+                                      ScaledPacket scaled, LaneMask lanes, const double* HWY_RESTRICT t_limit,
                                       RootPacket& roots)
 {
     RefinedRoots refined;
+    if (lanes == 0)
+        return refined;
+    const PacketEstimate<Degree> estimate(scaled, lanes);
     const Doubles d;
     const hn::Rebind<float, Doubles> to_float;
     for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
@@ -241,8 +267,8 @@ HWY_INLINE RefinedRoots refine_packet(const Cells& cells, const LatticeRayPacket
             search.direction[axis] = hn::Load(d, rays.direction[axis] + first);
         }
         search.begin(hn::Load(d, segments.t_near + first), hn::Load(d, segments.t_far + first),
-                     {hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
-                      hn::PromoteTo(d, hn::Load(to_float, verdict.slope + first))});
+                     {hn::PromoteTo(d, hn::Load(to_float, estimate.s + first)),
+                      hn::PromoteTo(d, hn::Load(to_float, estimate.slope + first))});
         const PointsOfCell<Degree, std::remove_cvref_t<decltype(coefficients)>> cell{coefficients};
         const auto arrived = refine_root(cell, cells.lower(first), to_mask(d, wanted, first), search);
         const auto near_enough = hn::Le(search.t, hn::Load(d, t_limit + first));
@@ -265,20 +291,17 @@ LaneMask first_roots_in(const Cells& cells, const LatticeRayPacket& rays, const 
     if (inside == 0)
         return 0;
 
-    PacketVerdict verdict;
-    if (std::popcount(inside) <= few_lanes) {
-        verdict.one_root = 0;
-        verdict.undecided = inside;
-    } else {
-        verdict = judge_packet<Degree>(cells, segments, inside);
+    LaneMask found = 0, others = inside;
+    if (std::popcount(inside) > few_lanes) {
+        const PacketVerdict<Degree> verdict = judge_packet<Degree>(cells, segments, inside);
+        const RefinedRoots refined =
+            refine_packet<Degree>(cells, rays, segments, verdict.scaled, verdict.one_root, t_limit, roots);
+        found = refined.found;
+        others = verdict.undecided | refined.undecided;
     }
 
-    auto [found, not_converged] =
-        refine_packet<Degree>(cells, rays, segments, verdict, verdict.one_root, t_limit, roots);
-    verdict.undecided |= not_converged;
-
     // The other segments, one by one.
-    for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {
+    for (LaneMask rest = others; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const auto& cell = cells.of_lane(lane);
         const auto root =

@@ -43,13 +43,13 @@ HWY_INLINE LaneMask lanes_with_one_root(const Cells& cells, const LatticeRayPack
     const LaneMask inside = clip_packet(cells, rays, rays.t_far, active, segments);
     if (inside == 0)
         return 0;
-    const PacketVerdict verdict = judge_packet<Degree>(cells, segments, inside);
+    const PacketVerdict<Degree> verdict = judge_packet<Degree>(cells, segments, inside);
     const LaneMask found = lanes_within_limits(rays, segments, verdict.one_root);
 
     // Segments with one root that may be beyond a limit.
     RootPacket roots;
     const RefinedRoots refined =
-        refine_packet<Degree>(cells, rays, segments, verdict, verdict.one_root & ~found, rays.t_far, roots);
+        refine_packet<Degree>(cells, rays, segments, verdict.scaled, verdict.one_root & ~found, rays.t_far, roots);
     undecided = verdict.undecided | refined.undecided;
     return found | refined.found;
 }
@@ -93,10 +93,10 @@ void visit_roots_in(const Cells& cells, const LatticeRayPacket& rays, LaneMask a
     const LaneMask inside = clip_packet(cells, rays, rays.t_far, active, segments);
     if (inside == 0)
         return;
-    const PacketVerdict verdict = judge_packet<Degree>(cells, segments, inside);
+    const PacketVerdict<Degree> verdict = judge_packet<Degree>(cells, segments, inside);
     RootPacket roots;
     const RefinedRoots refined =
-        refine_packet<Degree>(cells, rays, segments, verdict, verdict.one_root, rays.t_far, roots);
+        refine_packet<Degree>(cells, rays, segments, verdict.scaled, verdict.one_root, rays.t_far, roots);
     for (LaneMask rest = refined.found; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const bool rising = (verdict.rising >> lane & 1u) != 0;

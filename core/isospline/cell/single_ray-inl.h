@@ -78,14 +78,16 @@ scaled_bernstein_of_ray(const ReducedCoefficients<Degree, float>& coefficients, 
 }
 
 // What single precision proves about the segment of one ray.
+template <int Degree>
 struct RayVerdict {
     bool no_root, one_root;
-    RootEstimate<float> estimate; ///< with one_root
-    bool rising;                  ///< with one_root: f increases along the ray
+    Bernstein<3 * Degree, OneFloat> scaled; ///< scaled_bernstein() along the segment
+
+    bool rising() const { return hn::GetLane(scaled[0]) < 0.0f; } ///< with one_root: f increases along the ray
 };
 
 template <int Degree>
-HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside)
+HWY_INLINE RayVerdict<Degree> judge_ray(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside)
 {
     constexpr int order = 3 * Degree;
     const ReducedCoefficients<Degree, float> coefficients(cell);
@@ -95,16 +97,15 @@ HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& 
     for (int r = 0; r <= order; ++r)
         lane[r] = hn::GetLane(scaled[r]);
     const Verdict<float> verdict = judge<order>(lane, coefficients.error());
-    if (verdict.no_root || !verdict.one_root)
-        return {verdict.no_root, false, {}, false};
-    return {false, true, estimate_one_root<order>(scaled), lane[0] < 0.0f};
+    return {verdict.no_root, verdict.one_root && !verdict.no_root, scaled};
 }
 
 // The only root in a segment, refined from that of single precision; none if double precision does not converge.
 template <int Degree>
 HWY_INLINE std::optional<RootInCell> only_root(const CellCoefficients& cell, const LatticeRay& ray,
-                                               const Interval& inside, const RootEstimate<float>& estimate)
+                                               const Interval& inside, const RayVerdict<Degree>& verdict)
 {
+    const RootEstimate<float> estimate = estimate_one_root<3 * Degree>(verdict.scaled);
     const RowsOfCell<Degree> rows(cell);
     const hn::CappedTag<double, 1> one;
     RootSearch<OneDouble> search;
@@ -134,20 +135,33 @@ HWY_INLINE bool has_no_root_within_limits(const CellCoefficients& cell, const La
     return !(within.t_near <= within.t_far) || judge_ray<Degree>(cell, ray, within).no_root;
 }
 
-// The first root within the ray's limits in the segment of a cell; the segment is not empty.
+// The first root within the ray's limits in a segment that is not empty, after what single precision proves.
+template <int Degree>
+HWY_INLINE std::optional<RootInCell> first_root_after(const RayVerdict<Degree>& verdict, const CellCoefficients& cell,
+                                                      const LatticeRay& ray, const Interval& inside)
+{
+    if (verdict.no_root)
+        return std::nullopt;
+    if (verdict.one_root)
+        if (const auto root = only_root<Degree>(cell, ray, inside, verdict))
+            return ray.is_within_limits(root->t) ? root : std::nullopt;
+    return first_reference_root<Degree>(cell, ray, inside);
+}
+
+// The same of the whole segment.
 template <int Degree>
 HWY_INLINE std::optional<RootInCell> first_root_in_segment(const CellCoefficients& cell, const LatticeRay& ray,
                                                            const Interval& inside)
 {
     if (has_no_root_within_limits<Degree>(cell, ray, inside))
         return std::nullopt;
-    const RayVerdict verdict = judge_ray<Degree>(cell, ray, inside);
-    if (verdict.no_root)
-        return std::nullopt;
-    if (verdict.one_root)
-        if (const auto root = only_root<Degree>(cell, ray, inside, verdict.estimate))
-            return ray.is_within_limits(root->t) ? root : std::nullopt;
-    return first_reference_root<Degree>(cell, ray, inside);
+    return first_root_after(judge_ray<Degree>(cell, ray, inside), cell, ray, inside);
+}
+
+// Whether crossings anywhere in a segment count.
+HWY_INLINE bool is_within_limits(const LatticeRay& ray, const Interval& inside)
+{
+    return ray.is_within_limits(inside.t_near) && ray.is_within_limits(inside.t_far);
 }
 
 template <int Degree>
@@ -167,16 +181,9 @@ bool exact_any_root(const CellCoefficients& cell, const LatticeRay& ray)
         return false;
     if (has_no_root_within_limits<Degree>(cell, ray, inside))
         return false;
-    const RayVerdict verdict = judge_ray<Degree>(cell, ray, inside);
-    if (verdict.no_root)
-        return false;
-    if (verdict.one_root) {
-        if (ray.is_within_limits(inside.t_near) && ray.is_within_limits(inside.t_far))
-            return true;
-        if (const auto root = only_root<Degree>(cell, ray, inside, verdict.estimate))
-            return ray.is_within_limits(root->t);
-    }
-    return first_reference_root<Degree>(cell, ray, inside).has_value();
+    const RayVerdict<Degree> verdict = judge_ray<Degree>(cell, ray, inside);
+    return (verdict.one_root && is_within_limits(ray, inside)) ||
+           first_root_after(verdict, cell, ray, inside).has_value();
 }
 
 template <int Degree>
@@ -185,13 +192,13 @@ void exact_all_roots(const CellCoefficients& cell, const LatticeRay& ray, std::v
     const Interval inside = ray.inside_cell(cell.lower);
     if (!(inside.t_near < inside.t_far))
         return;
-    const RayVerdict verdict = judge_ray<Degree>(cell, ray, inside);
+    const RayVerdict<Degree> verdict = judge_ray<Degree>(cell, ray, inside);
     if (verdict.no_root)
         return;
     if (verdict.one_root)
-        if (const auto root = only_root<Degree>(cell, ray, inside, verdict.estimate)) {
+        if (const auto root = only_root<Degree>(cell, ray, inside, verdict)) {
             if (ray.is_within_limits(root->t))
-                crossings.push_back({*root, verdict.rising});
+                crossings.push_back({*root, verdict.rising()});
             return;
         }
     all_reference_roots<Degree>(cell, ray, inside, crossings);
@@ -207,8 +214,8 @@ std::optional<RootInCell> reference_first_root(const CellCoefficients& cell, con
     if (!(inside.t_near < inside.t_far))
         return std::nullopt;
     if (sign_changes<3 * Degree>(reference_polynomial<Degree>(cell, ray, inside)) == 1)
-        if (const RayVerdict verdict = judge_ray<Degree>(cell, ray, inside); verdict.one_root)
-            if (const auto root = only_root<Degree>(cell, ray, inside, verdict.estimate))
+        if (const RayVerdict<Degree> verdict = judge_ray<Degree>(cell, ray, inside); verdict.one_root)
+            if (const auto root = only_root<Degree>(cell, ray, inside, verdict))
                 return ray.is_within_limits(root->t) ? root : std::nullopt;
     return first_reference_root<Degree>(cell, ray, inside);
 }
