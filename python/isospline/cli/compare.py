@@ -9,6 +9,7 @@ import numpy as np
 
 import isospline
 
+from ..base.units import ratio_of_units
 from ..base.views import SIZE
 from ..interop.mesh_output import MESHES
 from ..interop.mesh_topology import equal_rows
@@ -68,6 +69,8 @@ def run(arguments, read, progress, say, unicode):
     with progress("comparing", arguments):
         surface = _surface(arguments, read, say)
         other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments, say)
+        if not is_mesh:
+            other = _in_unit_of(surface, other, arguments, say)
         if is_mesh and not arguments.unsigned and not is_closed(other):
             say(f"{arguments.other} is not closed, so signs of distances may be wrong; --unsigned leaves them out")
         found = isospline.surface_distance(
@@ -105,6 +108,18 @@ def _other_surface(arguments, say):
     return _surface(
         other, lambda each: isospline.read_volume(each.file), lambda text: say(f"{arguments.other}: {text}")
     )
+
+
+def _in_unit_of(surface, other, arguments, say):
+    """The surface of OTHER, scaled if its unit is another one."""
+    own, others = surface.volume.unit, other.volume.unit
+    ratio = ratio_of_units(others, own)
+    if ratio == 1:
+        return other
+    if ratio is None:
+        raise ValueError(f"{arguments.other}: expected coordinates in {own}, as in {arguments.file}, got {others}")
+    say(f"{arguments.other}: coordinates in {others} are converted to {own}")
+    return isospline.Scene([(other, np.diag([ratio, ratio, ratio, 1.0]))])
 
 
 def _write_picture(arguments, surface, other, found):

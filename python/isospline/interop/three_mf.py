@@ -11,16 +11,21 @@ import zipfile
 from ..base.mistakes import sentence
 from ..base.parameters import printable
 from ..base.system import warn
+from ..base.units import PICOMETRES
 
 # The units of 3MF, by their symbols and names in volumes.
-_UNITS = {
-    **dict.fromkeys(("µm", "\N{GREEK SMALL LETTER MU}m", "um", "micron", "micrometer", "micrometre"), "micron"),
-    **dict.fromkeys(("mm", "millimeter", "millimetre"), "millimeter"),
-    **dict.fromkeys(("cm", "centimeter", "centimetre"), "centimeter"),
-    **dict.fromkeys(("m", "meter", "metre"), "meter"),
-    **dict.fromkeys(("inch", "in"), "inch"),
-    **dict.fromkeys(("ft", "foot"), "foot"),
+_NAMES = {
+    PICOMETRES[symbol]: name
+    for symbol, name in (
+        ("µm", "micron"),
+        ("mm", "millimeter"),
+        ("cm", "centimeter"),
+        ("m", "meter"),
+        ("inch", "inch"),
+        ("ft", "foot"),
+    )
 }
+_UNITS = {unit: _NAMES[size] for unit, size in PICOMETRES.items() if size in _NAMES}
 
 # For messages.
 _SYMBOLS = "µm, mm, cm, m, inch or ft"
