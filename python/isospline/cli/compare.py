@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from pathlib import Path
 
 import numpy as np
 
@@ -11,8 +12,10 @@ import isospline
 
 from ..base.units import ratio_of_units
 from ..base.views import SIZE
+from ..interop import three_mf
 from ..interop.mesh_output import MESHES
 from ..interop.mesh_topology import equal_rows
+from ..io import isolated
 from ..picture.sequences import check_folder
 from .given import MODEL, keywords, refuse_without
 from .levels import choose_levels, make_surfaces
@@ -69,10 +72,9 @@ def run(arguments, read, progress, say, unicode):
     with progress("comparing", arguments):
         surface = _surface(arguments, read, say)
         other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments, say)
-        if not is_mesh:
-            other = _in_unit_of(surface, other, arguments, say)
         if is_mesh and not arguments.unsigned and not is_closed(other):
             say(f"{arguments.other} is not closed, so signs of distances may be wrong; --unsigned leaves them out")
+        other = _in_unit_of(surface, other, arguments, say)
         found = isospline.surface_distance(
             surface, other, samples=arguments.samples, tolerance=arguments.tolerance, signed=not arguments.unsigned
         )
@@ -112,7 +114,7 @@ def _other_surface(arguments, say):
 
 def _in_unit_of(surface, other, arguments, say):
     """The surface of OTHER, scaled if its unit is another one."""
-    own, others = surface.volume.unit, other.volume.unit
+    own, others = surface.volume.unit, _unit_of(other, Path(arguments.other))
     ratio = ratio_of_units(others, own)
     if ratio == 1:
         return other
@@ -120,6 +122,13 @@ def _in_unit_of(surface, other, arguments, say):
         raise ValueError(f"{arguments.other}: expected coordinates in {own}, as in {arguments.file}, got {others}")
     say(f"{arguments.other}: coordinates in {others} are converted to {own}")
     return isospline.Scene([(other, np.diag([ratio, ratio, ratio, 1.0]))])
+
+
+def _unit_of(other, path):
+    """The unit of OTHER; empty if it is not known."""
+    if isinstance(other, isospline.Isosurface):
+        return other.volume.unit
+    return isolated.call(f"{three_mf.__name__}:unit_in_file", path) if path.suffix.lower() == ".3mf" else ""
 
 
 def _write_picture(arguments, surface, other, found):

@@ -74,3 +74,14 @@ def write(mesh, path, unit):
             if name.endswith(".model"):
                 part = re.sub(rb'\bunit="\w+"', b'unit="' + name_of_unit + b'"', part, count=1)
             archive.writestr(name, part)
+
+
+def unit_in_file(path):
+    """The unit that a file tells; millimetres by default. It runs in a process of its own."""
+    with zipfile.ZipFile(path) as archive:
+        models = [name for name in archive.namelist() if name.endswith(".model")]
+        main = next((name for name in models if name.lower() == "3d/3dmodel.model"), models[0])
+        with archive.open(main) as file:
+            head = file.read(1 << 16)
+    found = re.search(rb"""<(?:\w+:)?model\b[^>]*?\bunit=["'](\w+)["']""", head)
+    return "millimeter" if found is None else found[1].decode()

@@ -148,3 +148,19 @@ def test_volumes_in_two_units_are_compared_in_the_first_one(ball, tmp_path, caps
         assert printed["rms"]["value"] < 1e-5 * size and printed["maximum"][1] < 0.5 * size
         assert f"{paths[second]}: coordinates in" in told.err and f"are converted to {unit}" in told.err
     fails(capsys, 2, "expected coordinates in mm, as in .*, got furlong", "compare", paths["a"], paths["c"], *options)
+
+
+def test_the_unit_in_a_3mf_file_counts(ball, tmp_path, capsys):
+    pytest.importorskip("lxml")
+    pytest.importorskip("networkx")
+    write_nrrd(tmp_path / "a.nrrd", np.load(ball), 0.5, "mm")
+    mesh = isospline.Isosurface(isospline.read_volume(tmp_path / "a.nrrd").to_volume(), 0).to_mesh()
+    for unit, size, name in (("mm", 1.0, ""), ("inch", 25.4, "inch"), ("um", 0.001, "micron")):
+        part = isospline.Mesh(mesh.vertices / size, mesh.faces)
+        path = tmp_path / f"{unit}.3mf"
+        part.write(path, unit=unit)
+        words = ["compare", str(tmp_path / "a.nrrd"), str(path), "-l", "0", "--samples", "200", "--json"]
+        assert main(words) == 0
+        told = capsys.readouterr()
+        assert json.loads(told.out)["rms"]["value"] < 0.02  # of a ball of a radius of some millimetres
+        assert ("are converted" in told.err) == bool(name) and name in told.err
