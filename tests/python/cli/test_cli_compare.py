@@ -164,3 +164,22 @@ def test_the_unit_in_a_3mf_file_counts(ball, tmp_path, capsys):
         told = capsys.readouterr()
         assert json.loads(told.out)["rms"]["value"] < 0.02  # of a ball of a radius of some millimetres
         assert ("are converted" in told.err) == bool(name) and name in told.err
+
+
+def test_nan_in_either_volume_is_named_and_replaced(ball, capsys):
+    data = np.load(ball).astype(np.float32)
+    data[0, 0, 0] = np.nan
+    holed = ball.parent / "holed.npy"
+    np.save(holed, data)
+    options = ["-l", "0", "--other-level", "0", "--samples", "50", "--json"]
+    for pair in ((holed, ball), (ball, holed)):
+        fails(
+            capsys,
+            2,
+            r"holed\.npy: expected finite samples, got 1 of .*--nan VALUE replaces",
+            "compare",
+            *pair,
+            *options,
+        )
+        assert main(["compare", *map(str, pair), *options, "--nan", str(np.load(ball).min())]) == 0
+        assert json.loads(capsys.readouterr().out)["rms"]["value"] < 0.5
