@@ -9,6 +9,7 @@ import numpy as np
 from .base.parameters import check_seed, check_type, flag, number, optional, whole_number
 from .base.results import Measurement, SurfaceDistance
 from .base.signatures import explained
+from .base.units import ratio_of_units
 from .farthest import largest_distance, largest_distance_of_mesh
 from .scene import Isosurface, Mesh, Scene
 
@@ -30,7 +31,9 @@ def surface_distance(
     surface : Isosurface or Mesh
         A surface with points to sample.
     other : Isosurface, Mesh or Scene
-        The distances are measured from it.
+        The distances are measured from it. An isosurface has the unit of `surface`, if both have one; one of another
+        unit is scaled in a scene, as ``Scene([(other, numpy.diag([0.001, 0.001, 0.001, 1]))])`` from micrometres to
+        millimetres.
     samples : int
         Points of the surface for the mean, the root mean square and the map.
     seed : int
@@ -51,7 +54,8 @@ def surface_distance(
     Raises
     ------
     ValueError
-        For fewer than two samples, a seed out of range, a tolerance that is not positive, and a surface without points.
+        For fewer than two samples, a seed out of range, a tolerance that is not positive, a surface without points, and
+        isosurfaces of different units.
     TypeError
         For objects of other types.
 
@@ -81,6 +85,7 @@ def surface_distance(
     """
     _check_surface(surface, "surface")
     check_type(other, "other", (Isosurface, Mesh, Scene), "an Isosurface, a Mesh or a Scene")
+    _check_units(surface, other)
     samples = whole_number(samples, "samples")
     if samples < 2:
         raise ValueError(f"samples: expected at least 2, got {samples}")
@@ -137,7 +142,7 @@ def hausdorff_distance(
     Raises
     ------
     ValueError
-        For a tolerance that is not positive, and a surface without points.
+        For a tolerance that is not positive, a surface without points, and isosurfaces of different units.
     TypeError
         For objects of other types.
 
@@ -163,6 +168,21 @@ def _check_surface(surface, parameter):
     check_type(surface, parameter, (Isosurface, Mesh), "an Isosurface or a Mesh")
     if isinstance(surface, Mesh) and not _face_areas(surface).any():
         raise ValueError(f"{parameter}: expected a surface with points to sample, got a mesh without area")
+
+
+def _check_units(surface, other):
+    """Check that numbers of both mean the same; those of meshes, and of scenes, are taken as they are placed."""
+    if not (isinstance(surface, Isosurface) and isinstance(other, Isosurface)):
+        return
+    own, others = surface.volume.unit, other.volume.unit
+    ratio = ratio_of_units(others, own)
+    if ratio == 1:
+        return
+    scale = "scale it" if ratio is None else f"scale it by {ratio:g}"
+    raise ValueError(
+        f"other: expected an isosurface in {own}, as surface is, got one in {others}: {scale}, in a Scene or by "
+        f"the spacing, the origin and the unit of its volume"
+    )
 
 
 def _default_tolerance(surface, other, largest):

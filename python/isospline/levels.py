@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -85,16 +86,32 @@ def levels_of_histogram(values: NDArray[np.float64], counts: NDArray[np.int64], 
     """Like `suggest_levels`, for the values that occur, in ascending order, and their counts."""
     weights = np.asarray(counts, dtype=float)
     levels: list[float] = []
-    splits = [_best_split(values, weights, 0, len(values))]
+    places = _from_zero_to_one(values)
+    splits = [_best_split(places, weights, 0, len(values))]
     while len(levels) < count:
         best = max(splits)
         gain, begin, middle, end = best
         if gain <= 0:
             break
-        levels.append(float(values[middle - 1] + (values[middle] - values[middle - 1]) / 2))
+        levels.append(_halfway(float(values[middle - 1]), float(values[middle])))
         splits.remove(best)
-        splits += [_best_split(values, weights, begin, middle), _best_split(values, weights, middle, end)]
+        splits += [_best_split(places, weights, begin, middle), _best_split(places, weights, middle, end)]
     return levels
+
+
+def _from_zero_to_one(values):
+    """Ascending values, of which the first becomes 0, over a power of two: their squares are neither 0 nor infinite."""
+    _, exponent = np.frexp(np.abs(values).max())
+    apart = np.ldexp(values, -exponent - 1)  # so that differences do not overflow
+    apart -= apart[0]
+    _, exponent = np.frexp(apart[-1])
+    return np.ldexp(apart, -exponent)
+
+
+def _halfway(a, b):
+    """A number above a, up to b: the middle, if there is a number in float64 between them."""
+    middle = a + (b - a) / 2 if math.isfinite(b - a) else a / 2 + b / 2
+    return middle if middle > a else b
 
 
 def histogram(data):
@@ -137,7 +154,9 @@ def histogram(data):
         part = sums / np.maximum(counts, 1) / BINS
         low, high = float(lowest), float(highest)
         values = low + part * (high - low) if np.isfinite(high - low) else (1 - part) * low + part * high
-    return values[counts > 0], counts[counts > 0]
+    values, counts = values[counts > 0], counts[counts > 0]
+    begins = np.flatnonzero(np.append(True, values[1:] != values[:-1]))  # several may be one number in float64
+    return values[begins], np.add.reduceat(counts, begins)
 
 
 def share(values: ArrayLike, lowest: Any, highest: Any) -> NDArray[np.float64]:

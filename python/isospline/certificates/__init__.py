@@ -93,7 +93,7 @@ def read_certificate(path):
     with open(path, encoding="utf-8") as file:
         try:
             return json.load(file)
-        except ValueError as error:
+        except (RecursionError, ValueError) as error:
             raise CertificateError(f"{path}: expected a certificate in JSON, got {error}") from None
 
 

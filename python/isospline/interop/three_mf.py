@@ -11,16 +11,21 @@ import zipfile
 from ..base.mistakes import sentence
 from ..base.parameters import printable
 from ..base.system import warn
+from ..base.units import PICOMETRES
 
 # The units of 3MF, by their symbols and names in volumes.
-_UNITS = {
-    **dict.fromkeys(("µm", "\N{GREEK SMALL LETTER MU}m", "um", "micron", "micrometer", "micrometre"), "micron"),
-    **dict.fromkeys(("mm", "millimeter", "millimetre"), "millimeter"),
-    **dict.fromkeys(("cm", "centimeter", "centimetre"), "centimeter"),
-    **dict.fromkeys(("m", "meter", "metre"), "meter"),
-    **dict.fromkeys(("inch", "in"), "inch"),
-    **dict.fromkeys(("ft", "foot"), "foot"),
+_NAMES = {
+    PICOMETRES[symbol]: name
+    for symbol, name in (
+        ("µm", "micron"),
+        ("mm", "millimeter"),
+        ("cm", "centimeter"),
+        ("m", "meter"),
+        ("inch", "inch"),
+        ("ft", "foot"),
+    )
 }
+_UNITS = {unit: _NAMES[size] for unit, size in PICOMETRES.items() if size in _NAMES}
 
 # For messages.
 _SYMBOLS = "µm, mm, cm, m, inch or ft"
@@ -69,3 +74,14 @@ def write(mesh, path, unit):
             if name.endswith(".model"):
                 part = re.sub(rb'\bunit="\w+"', b'unit="' + name_of_unit + b'"', part, count=1)
             archive.writestr(name, part)
+
+
+def unit_in_file(path):
+    """The unit that a file tells; millimetres by default. It runs in a process of its own."""
+    with zipfile.ZipFile(path) as archive:
+        models = [name for name in archive.namelist() if name.endswith(".model")]
+        main = next((name for name in models if name.lower() == "3d/3dmodel.model"), models[0])
+        with archive.open(main) as file:
+            head = file.read(1 << 16)
+    found = re.search(rb"""<(?:\w+:)?model\b[^>]*?\bunit=["'](\w+)["']""", head)
+    return "millimeter" if found is None else found[1].decode()

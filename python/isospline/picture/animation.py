@@ -105,7 +105,7 @@ def turntable(
     Raises
     ------
     ValueError
-        For both `frames` and `seconds`; for another kind of path, and a folder with pictures beyond the last frame; and
+        For both `frames` and `seconds`; for another kind of path, and pictures there beyond the last frame; and
         as in `render`, `turntable_cameras` and `write_video`.
     TypeError
         For a number in place of the path.

@@ -47,8 +47,11 @@ def check_sequence(path: Any, count: int, size: tuple[int, int] | None, fps: flo
         if not is_numbered(name):
             raise ValueError(f"path: expected one #### for the number in it, such as turn-####.png, got {name!r}")
         check_folder(name)
+        _check_no_more(name, count)
     elif os.path.isdir(name):
-        _check_pictures_in(name, count)
+        _check_no_more(os.path.join(name, _IN_FOLDER), count)
+        if not os.access(name, os.W_OK):
+            raise PermissionError(f"{name}: expected a folder that can be written to")
     elif not os.path.splitext(name)[1]:
         check_folder(name.rstrip(os.sep))
     else:
@@ -58,18 +61,18 @@ def check_sequence(path: Any, count: int, size: tuple[int, int] | None, fps: flo
         )
 
 
-def _check_pictures_in(folder: str, count: int) -> None:
-    """Check that a folder has no pictures that would seem to continue the ones that are written."""
-    stem, suffix = _IN_FOLDER.split("####")
-    pictures = (re.fullmatch(rf"{stem}(\d+){re.escape(suffix)}", name) for name in sorted(os.listdir(folder)))
+def _check_no_more(path: str, count: int) -> None:
+    """Check that there are no pictures that would seem to continue the ones that are written."""
+    folder, name = os.path.split(path)
+    before, hashes, after = re.split("(#+)", name)
+    pattern = rf"{re.escape(before)}(\d{{{len(hashes)},}}){re.escape(after)}"
+    pictures = (re.fullmatch(pattern, other, re.ASCII) for other in sorted(os.listdir(folder or os.curdir)))
     beyond = [found[0] for found in pictures if found and int(found[1]) >= count]
     if beyond:
         raise ValueError(
-            f"path: expected a folder without pictures after the {count} that are written, got {folder!r} with "
-            f"{beyond[0]}: remove them, or choose another folder"
+            f"path: expected a folder without pictures after the {count} that are written, got {folder or os.curdir!r} "
+            f"with {beyond[0]}: remove them, or choose another folder"
         )
-    if not os.access(folder, os.W_OK):
-        raise PermissionError(f"{folder}: expected a folder that can be written to")
 
 
 def check_folder(path: str) -> None:

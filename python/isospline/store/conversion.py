@@ -222,18 +222,30 @@ def _stored(dtype):
 
 
 def _begin(root, options, may_be_complete=False):
-    """The state of the conversion in a store: from an earlier run with the same options, or a new one."""
+    """The state of the conversion in a store: from an earlier run with the same options, or a new one.
+
+    A run that ended before it had looked at all samples, such as one that found a NaN, has converted nothing: the next
+    one may have other options.
+    """
     if not (root / "zarr.json").exists():
         with layout.writing(root / "zarr.json"):
             layout.zarr().open_group(str(root), mode="a")
-        state = {"options": options}
-        _write_attributes(root, {"complete": False, "conversion": state})
-        return state
+        return _new_state(root, options)
     attributes = group_attributes(root)
     if attributes.get("complete") and not may_be_complete:
         raise FileExistsError(f"{printable(root)}: expected no store, or an incomplete one; or overwrite=True")
     state = attributes["conversion"]
+    if "shard" not in state and state["options"] != options:
+        if state["options"].get("source") != options["source"]:
+            (root / "staged").unlink(missing_ok=True)
+        return _new_state(root, options)
     check_options(root, state["options"], options)
+    return state
+
+
+def _new_state(root, options):
+    state = {"options": options}
+    _write_attributes(root, {"complete": False, "conversion": state})
     return state
 
 

@@ -114,3 +114,72 @@ def test_a_store_is_compared(ball, capsys, names):
 def test_bad_comparisons_leave_no_file(ball, part, capsys, options, message):
     fails(capsys, 2, message, "compare", ball, part, *options)
     assert leftovers(ball.parent) == ["part.ply"]
+
+
+def write_nrrd(path, data, spacing, unit):
+    """A NRRD file with a unit, about the centre of the data."""
+    origin = -spacing * (np.array(data.shape[::-1]) - 1) / 2
+    lines = [
+        "NRRD0004",
+        "type: float",
+        "dimension: 3",
+        "space dimension: 3",
+        f"sizes: {' '.join(map(str, data.shape[::-1]))}",
+        f"space directions: ({spacing},0,0) (0,{spacing},0) (0,0,{spacing})",
+        f"space origin: ({','.join(map(str, origin))})",
+        f"space units: {' '.join([chr(34) + unit + chr(34)] * 3)}",
+        "endian: little",
+        "encoding: raw",
+    ]
+    path.write_bytes("\n".join([*lines, "", ""]).encode() + data.astype("<f4").tobytes())
+
+
+def test_volumes_in_two_units_are_compared_in_the_first_one(ball, tmp_path, capsys):
+    data = np.load(ball)
+    for name, spacing, unit in (("a", 0.5, "mm"), ("b", 500.0, "um"), ("c", 0.5, "furlong")):
+        write_nrrd(tmp_path / f"{name}.nrrd", data, spacing, unit)
+    paths = {name: str(tmp_path / f"{name}.nrrd") for name in "abc"}
+    options = ["-l", "0", "--other-level", "0", "--samples", "200", "--json"]
+    for first, second, unit, size in (("a", "b", "mm", 1.0), ("b", "a", "um", 1000.0)):
+        assert main(["compare", paths[first], paths[second], *options]) == 0
+        told = capsys.readouterr()
+        printed = json.loads(told.out)
+        assert printed["unit"] == unit
+        assert printed["rms"]["value"] < 1e-5 * size and printed["maximum"][1] < 0.5 * size
+        assert f"{paths[second]}: coordinates in" in told.err and f"are converted to {unit}" in told.err
+    fails(capsys, 2, "expected coordinates in mm, as in .*, got furlong", "compare", paths["a"], paths["c"], *options)
+
+
+def test_the_unit_in_a_3mf_file_counts(ball, tmp_path, capsys):
+    pytest.importorskip("lxml")
+    pytest.importorskip("networkx")
+    write_nrrd(tmp_path / "a.nrrd", np.load(ball), 0.5, "mm")
+    mesh = isospline.Isosurface(isospline.read_volume(tmp_path / "a.nrrd").to_volume(), 0).to_mesh()
+    for unit, size, name in (("mm", 1.0, ""), ("inch", 25.4, "inch"), ("um", 0.001, "micron")):
+        part = isospline.Mesh(mesh.vertices / size, mesh.faces)
+        path = tmp_path / f"{unit}.3mf"
+        part.write(path, unit=unit)
+        words = ["compare", str(tmp_path / "a.nrrd"), str(path), "-l", "0", "--samples", "200", "--json"]
+        assert main(words) == 0
+        told = capsys.readouterr()
+        assert json.loads(told.out)["rms"]["value"] < 0.02  # of a ball of a radius of some millimetres
+        assert ("are converted" in told.err) == bool(name) and name in told.err
+
+
+def test_nan_in_either_volume_is_named_and_replaced(ball, capsys):
+    data = np.load(ball).astype(np.float32)
+    data[0, 0, 0] = np.nan
+    holed = ball.parent / "holed.npy"
+    np.save(holed, data)
+    options = ["-l", "0", "--other-level", "0", "--samples", "50", "--json"]
+    for pair in ((holed, ball), (ball, holed)):
+        fails(
+            capsys,
+            2,
+            r"holed\.npy: expected finite samples, got 1 of .*--nan VALUE replaces",
+            "compare",
+            *pair,
+            *options,
+        )
+        assert main(["compare", *map(str, pair), *options, "--nan", str(np.load(ball).min())]) == 0
+        assert json.loads(capsys.readouterr().out)["rms"]["value"] < 0.5

@@ -69,4 +69,6 @@ def test_what_is_wrong(ball, scene, tmp_path, capsys):
     fails(capsys, 2, "expected one of version 1", "verify", written(path, [1]), ball)
     path.write_bytes(b"\xff\xfe{")
     fails(capsys, 2, "expected a certificate in JSON", "verify", path, ball)
+    path.write_bytes(b"[" * 100_000)
+    fails(capsys, 2, r"c\.json: expected a certificate in JSON, got maximum recursion depth", "verify", path, ball)
     fails(capsys, 2, "No such file", "verify", tmp_path / "none.json", ball)

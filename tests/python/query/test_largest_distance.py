@@ -222,3 +222,21 @@ def test_a_smaller_tolerance_gives_no_looser_bounds(monkeypatch):
     ]
     assert bounds == sorted(bounds, reverse=True) and bounds[0] <= 0.07 + 1e-4
     assert 0.0502 < bounds[3] < 0.054  # d + r would be 0.065 for boxes of this number
+
+
+@pytest.mark.parametrize("measure", [isospline.surface_distance, isospline.hausdorff_distance])
+def test_surfaces_in_two_units_are_refused(measure):
+    data = 5 - np.linalg.norm(np.indices((12, 12, 12)) - 5.5, axis=0)
+
+    def ball(unit, spacing):
+        return isospline.Isosurface(isospline.Volume(data, spacing=spacing, unit=unit), 0.0)
+
+    with pytest.raises(ValueError, match=r"other: expected an isosurface in mm.*, got one in µm: scale it by 0\.001"):
+        measure(ball("mm", 1.0), ball("µm", 1000.0))
+    with pytest.raises(ValueError, match="other: expected an isosurface in mm.*, got one in furlong: scale it, in"):
+        measure(ball("mm", 1.0), ball("furlong", 1.0))
+    for unit, same in (("mm", "millimeter"), ("mm", ""), ("µm", "um"), ("furlong", "furlong")):
+        measure(ball(unit, 1.0), ball(same, 1.0))
+    if measure is isospline.surface_distance:
+        scaled = isospline.Scene([(ball("µm", 1000.0), np.diag([0.001, 0.001, 0.001, 1]))])
+        assert measure(ball("mm", 1.0), scaled, samples=100).rms.value < 1e-5

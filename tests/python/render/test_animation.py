@@ -258,6 +258,19 @@ def test_a_folder_has_no_pictures_of_a_longer_turn(surface, folder):
         isospline.turntable(surface, "turn", frames=1, size=(8, 6), light="phong")
 
 
+@pytest.mark.parametrize("path", ["##.png", "sub/turn-##.png", "a+##b.png"])
+def test_numbered_pictures_are_not_among_those_of_a_longer_turn(folder, path):
+    (folder / "sub").mkdir()
+    picture = np.zeros((4, 6, 3), np.uint8)
+    isospline.animate(lambda t: picture, path, frames=3)
+    for other in ("x01.png", "turn-5.png", "turn-05.exr", "a+7b.png", "aa07b.png"):
+        (folder / path).with_name(other).touch()
+    isospline.animate(lambda t: picture, path, frames=3)
+    with pytest.raises(ValueError, match=r"^path: expected a folder without pictures after the 2 .*02b?\.png: remove"):
+        isospline.animate(lambda t: picture, path, frames=2)
+    isospline.animate(lambda t: picture, path.replace("#b", "#c"), frames=3)
+
+
 def test_frames_have_one_size(folder):
     frames = iter([np.zeros((4, 6, 3), np.uint8), np.zeros((6, 6, 3), np.uint8)])
     with pytest.raises(ValueError, match=r"^function: expected frames of one size, got \(6, 4\) and \(6, 6\)"):

@@ -1,5 +1,7 @@
 """Suggested levels: against closed forms and against trying every partition."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,44 @@ def test_integers_that_are_one_in_float64_have_no_level_between_them():
     first = 2**63
     assert suggest_levels(np.array([first, first + 5, first + 1000], np.uint64)) == []
     assert suggest_levels(np.array([first, first + 5, first + 4096], np.uint64)) == [first + 2048]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scale", [1e-310, 1e-300, 1e-160, 1e150, 1e200, 1e300])
+def test_levels_of_tiny_and_huge_samples_are_the_same_ones(scale):
+    """Their squares are 0 or infinite: in fractions, the optimum has no such limits."""
+    values, counts = [-3.0, -2.5, 0.0, 4.0, 4.5, 11.0], [40, 30, 20, 50, 60, 25]
+    data = np.repeat(values, counts) * scale
+    exact = [Fraction(each) for each in np.unique(data).tolist()]
+
+    def gain(middle):
+        below, above = sum(counts[:middle]), sum(counts[middle:])
+        sums = [sum(n * x for n, x in zip(counts[part], exact[part])) for part in (slice(middle), slice(middle, None))]
+        return Fraction(below * above, below + above) * (sums[1] / above - sums[0] / below) ** 2
+
+    best = max(range(1, 6), key=gain)
+    levels = suggest_levels(data, 9)
+    assert levels[0] == pytest.approx(float((exact[best - 1] + exact[best]) / 2), rel=1e-9)
+    assert np.sort(levels) / scale == pytest.approx([-2.75, -1.25, 2, 4.25, 7.75], rel=1e-9)
+
+
+def test_the_level_between_the_largest_numbers_is_finite():
+    assert suggest_levels([-1.7e308, 1.7e308]) == [0]
+    assert suggest_levels([-1.7e308, 0, 0, 1.7e308]) == pytest.approx([-0.85e308, 0.85e308])
+
+
+@pytest.mark.parametrize("offset", [0, 2**53, 2**58, 2**60])
+def test_levels_of_large_integers_are_between_the_same_samples(rng, offset):
+    steps = max(1, offset >> 52)  # the integers between are rounded to float64
+    data = np.concatenate([rng.integers(0, 20, 900), rng.integers(70, 90, 700), rng.integers(150, 160, 500)])
+    levels = suggest_levels(data * steps + offset)
+    assert [(int(level) - offset) / steps for level in levels] == pytest.approx(suggest_levels(data), abs=1)
+    values, counts = histogram(data * steps + offset)
+    assert (np.diff(values) > 0).all() and counts.sum() == data.size
+    dense = np.arange(1000) + 2**60  # several integers are one number in float64
+    values, counts = histogram(dense)
+    assert len(values) == len(np.unique(dense.astype(float))) and counts.sum() == 1000
+    assert len(set(suggest_levels(dense))) == 3
 
 
 def test_first_level_of_two_normal_modes_is_halfway(rng):

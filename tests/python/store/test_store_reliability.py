@@ -423,3 +423,28 @@ def test_the_command_continues_after_ctrl_c(data, tmp_path):
     again = subprocess.run(command, capture_output=True, encoding="utf-8")
     assert again.returncode == 2 and "expected no store, or an incomplete one" in again.stderr
     assert os.listdir(tmp_path) and not list(store.rglob("*.partial"))
+
+
+def test_a_conversion_that_found_nan_begins_again_with_other_options(data, made, tmp_path):
+    path = tmp_path / "b.zarr"
+    holed = np.where(data == 254, np.nan, data).astype(np.float32)
+    with pytest.raises(ValueError, match="expected finite numbers, got nan"):
+        isospline.convert(holed, path, **SMALL)
+    isospline.convert(holed, path, **SMALL, nan=7, degree=3)
+    expected = isospline.Volume(np.where(data == 254, 7, data).astype(np.float32), degree=3)
+    found = isospline.open_volume(path)
+    points = np.random.default_rng(1).uniform(0, 20, (50, 3))
+    np.testing.assert_allclose(found.sample(points), expected.sample(points), rtol=1e-4, atol=1e-3)
+
+
+def test_samples_that_were_staged_of_another_source_are_not_used(data, made, tmp_path):
+    tifffile = pytest.importorskip("tifffile")
+    for name, samples in (("a", 254 - data), ("b", data)):
+        tifffile.imwrite(tmp_path / f"{name}.tif", samples, compression="zlib", photometric="minisblack")
+    path = tmp_path / "c.zarr"
+    with pytest.raises(isospline.Cancelled):
+        isospline.convert(tmp_path / "a.tif", path, **SMALL, progress=lambda _: not (path / "staged").exists())
+    with pytest.raises(isospline.Cancelled):  # the same source with another option goes on
+        isospline.convert(tmp_path / "a.tif", path, **SMALL, degree=3, progress=lambda fraction: fraction < 0.2)
+    isospline.convert(tmp_path / "b.tif", path, **SMALL)
+    assert contents(path) == contents(made)

@@ -12,6 +12,7 @@ import numpy as np
 from ...base.parameters import printable
 from ...io import VolumeData
 from ...io.checks import one_unit
+from ...io.told import warn_of_place
 from .. import ome
 from ..metadata import read_metadata
 from .chunked import ORDERS, ChunkedSource, load, read_json
@@ -22,7 +23,9 @@ ZARR_FILES, N5_FILE = ("zarr.json", ".zarray", ".zgroup"), "attributes.json"
 # The transformations of coordinates that are applied.
 _STEPS = ("identity", "scale", "translation")
 # What all levels of a group of N5 have, as far as they do not say it.
-_OF_ALL_LEVELS = ("pixelResolution", "resolution", "units", "offset", "affineTransform")
+_SPACINGS = ("pixelResolution", "resolution")
+_OF_ALL_LEVELS = (*_SPACINGS, "units", "offset", "affineTransform")
+_COARSE = r"s(?!0$)\d{1,3}"
 _MULTISCALES = 'a multiscale image of OME-Zarr, or one array; name="KEY" names an array'
 
 
@@ -185,7 +188,8 @@ def open_n5(path: Path, name: str | None) -> ChunkedSource:
     if "dimensions" not in attributes:
         raise ValueError(f'{printable(path)}: expected a dataset of N5, or a group of levels s0, s1, ...; name="KEY"')
     source = ChunkedSource(path, "n5", key, (2, 1, 0))  # its axes are x, y, z
-    told = _told_of_level(group, os.path.basename(os.path.abspath(path / key)), attributes)
+    level = os.path.basename(os.path.abspath(path / key))
+    told = _told_of_level(group, level, attributes)
     if "resolution" in attributes:
         told.pop("pixelResolution", None)
     found = {**told, **attributes}
@@ -194,6 +198,9 @@ def open_n5(path: Path, name: str | None) -> ChunkedSource:
     # n5-ij and BigDataViewer write pixelResolution, or resolution and units, and Paintera an offset, all x first.
     pixel = found.get("pixelResolution")
     spacing: Any = pixel.get("dimensions") if isinstance(pixel, dict) else pixel or found.get("resolution")
+    if spacing is None and any(each in group for each in _SPACINGS) and re.fullmatch(_COARSE, level):
+        text = f"the group has no downsamplingFactors of {level}: a spacing of 1 is assumed; say spacing=(x, y, z)"
+        warn_of_place(path, {"of_spacing": text})
     units: Any = pixel.get("unit") if isinstance(pixel, dict) else found.get("units")
     unit = one_unit([ome.name_of_unit(each) for each in ([units] if isinstance(units, str) else units or ())])
     factors = _three(found.get("downsamplingFactors", 1), "downsamplingFactors")

@@ -1,0 +1,24 @@
+"""Units of length, by the names that volumes have for them."""
+
+from __future__ import annotations
+
+#: Picometres in each unit.
+PICOMETRES = {
+    **dict.fromkeys(("Å", "\N{ANGSTROM SIGN}", "angstrom"), 100),
+    **dict.fromkeys(("nm", "nanometer", "nanometre"), 10**3),
+    **dict.fromkeys(("µm", "\N{GREEK SMALL LETTER MU}m", "um", "micron", "micrometer", "micrometre"), 10**6),
+    **dict.fromkeys(("mm", "millimeter", "millimetre"), 10**9),
+    **dict.fromkeys(("cm", "centimeter", "centimetre"), 10**10),
+    **dict.fromkeys(("m", "meter", "metre"), 10**12),
+    **dict.fromkeys(("inch", "in"), 254 * 10**8),
+    **dict.fromkeys(("ft", "foot"), 3048 * 10**8),
+}
+
+
+def ratio_of_units(unit: str, other: str) -> float | None:
+    """How many of `other` one `unit` is: 1 if one of them is empty, and None if they differ and one is not known."""
+    if unit == other or not (unit and other):
+        return 1.0
+    if unit not in PICOMETRES or other not in PICOMETRES:
+        return None
+    return PICOMETRES[unit] / PICOMETRES[other]
