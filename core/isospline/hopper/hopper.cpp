@@ -25,6 +25,15 @@ namespace {
 /// One byte per cell: the paper's b and, for strides, whether the cell's brick is empty.
 enum CellState : std::uint8_t { cell_empty, cell_of_shell, cell_of_empty_brick };
 
+std::shared_ptr<const IsosurfaceSnapshot> checked(std::shared_ptr<const IsosurfaceSnapshot> surface)
+{
+    if (!surface)
+        throw_invalid("surface", "the snapshot of an isosurface", "none");
+    if (surface->planes().have_caps())
+        throw_invalid("surface", "one without caps, as only scenes have them", "one that is capped or closed");
+    return surface;
+}
+
 } // namespace
 
 double HopStatistics::mean_hop_length() const
@@ -63,12 +72,10 @@ struct VoxelHopper::Impl {
 };
 
 VoxelHopper::Impl::Impl(std::shared_ptr<const IsosurfaceSnapshot> surface_to_trace, bool strides)
-    : surface(std::move(surface_to_trace)),
+    : surface(checked(std::move(surface_to_trace))),
       intersector(cell_intersector(surface->volume().degree(), surface->options().method)),
       shape(surface->volume().cell_shape())
 {
-    if (surface->planes().have_caps())
-        throw_invalid("surface", "one without caps, as only scenes have them", "one that is capped or closed");
     const Volume& volume = surface->volume();
     states.assign(volume.cell_count(), strides ? cell_of_empty_brick : cell_empty);
     for (const Cell& cell : surface->shell().cells()) {

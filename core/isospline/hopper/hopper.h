@@ -41,7 +41,7 @@ struct VoxelHopperOptions {
 /// Cells and the root finder are those of the isosurface, so hits are the same as in a scene, with geometry id 0.
 class VoxelHopper {
 public:
-    /// Throws std::invalid_argument for a surface with caps.
+    /// Throws std::invalid_argument for no surface, and for one with caps.
     explicit VoxelHopper(std::shared_ptr<const IsosurfaceSnapshot> surface, const VoxelHopperOptions& options = {});
     ~VoxelHopper();
 

@@ -84,9 +84,9 @@ std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> furt
     double rays = of_look(options);
     for (const Look& look : further)
         rays += of_look(look);
+    const double step = checked_step(options.step);
     // Numbers that are refused later may be negative.
-    return static_cast<std::uint64_t>(
-        std::max(0.0, rays * in_window * options.samples / (checked_step(options.step) * options.step)));
+    return static_cast<std::uint64_t>(std::max(0.0, rays * in_window * options.samples / (step * step)));
 }
 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers, ColorEncoding encoding)

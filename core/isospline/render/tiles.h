@@ -9,15 +9,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace isospline {
 
-/// A distance of columns and rows of at least 1; throws std::invalid_argument for another.
+/// A distance of columns and rows, 1 to 2^20; throws std::invalid_argument for another.
 inline int checked_step(int step)
 {
-    if (step < 1)
-        throw_invalid("step", "a number of at least 1", step);
+    constexpr int largest = 1 << 20; // so that tiles of steps have a size in an int
+    if (step < 1 || step > largest)
+        throw_invalid("step", "a number from 1 to " + std::to_string(largest), step);
     return step;
 }
 

@@ -244,11 +244,15 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 
 std::uint32_t Scene::add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform, SeenBy seen_by)
 {
+    if (!surface)
+        throw_invalid("surface", "an isosurface", "none");
     return impl_->add({std::move(surface), transform, seen_by});
 }
 
 std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform, SeenBy seen_by)
 {
+    if (!mesh)
+        throw_invalid("mesh", "a mesh", "none");
     return impl_->add({std::move(mesh), transform, seen_by});
 }
 

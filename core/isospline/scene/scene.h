@@ -41,8 +41,8 @@ public:
     Scene& operator=(Scene&&) noexcept;
 
     /// Adds an object. `transform` maps the object's world space to the scene's. Returns its geometry id: ids count up
-    /// from 0 and are never reused. Throws std::invalid_argument for a transform that is singular or not affine, and
-    /// after 2^32 - 1 objects, when no id is left.
+    /// from 0 and are never reused. Throws std::invalid_argument for no object, for a transform that is singular or not
+    /// affine, and after 2^32 - 1 objects, when no id is left.
     std::uint32_t add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform = glm::dmat4(1.0),
                       SeenBy seen_by = {});
     std::uint32_t add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform = glm::dmat4(1.0),

@@ -35,8 +35,10 @@ constexpr double shortest_edge = 1e-60, longest_edge = 1e60;
 void check(const SampleView& samples, const VolumeOptions& options)
 {
     const auto& shape = samples.shape;
-    if (samples.data == nullptr || shape.x < 1 || shape.y < 1 || shape.z < 1)
+    if (shape.x < 1 || shape.y < 1 || shape.z < 1)
         throw_invalid("data", "at least one sample along each axis", to_text(glm::dvec3(shape)) + " of them");
+    if (samples.data == nullptr)
+        throw_invalid("data", "samples", "none");
     if (std::max({shape.x, shape.y, shape.z}) > largest_sample_count)
         throw_invalid("data", "at most " + std::to_string(largest_sample_count) + " samples along an axis",
                       to_text(glm::dvec3(shape)));

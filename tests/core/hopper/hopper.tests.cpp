@@ -245,3 +245,11 @@ TEST_CASE("the hopper refuses invalid rays", "[hopper]")
     for (const Ray& ray : {Ray{{0, 0, 0}, {0, 0, 0}}, Ray{{0, nan, 0}, {1, 0, 0}}, Ray{{0, 0, 0}, {1, nan, 0}}})
         REQUIRE_THROWS_AS(hopper.cast_rays({&ray, 1}, {&hit, 1}), std::invalid_argument);
 }
+
+TEST_CASE("the hopper refuses no surface, and one with caps", "[hopper]")
+{
+    IsosurfaceOptions closed;
+    closed.closed = true;
+    REQUIRE_THROWS_AS(VoxelHopper(nullptr), std::invalid_argument);
+    REQUIRE_THROWS_AS(VoxelHopper(Isosurface(ball_and_sheet({}), 0.0, closed).snapshot()), std::invalid_argument);
+}

@@ -287,3 +287,15 @@ TEST_CASE("an image has no layers by default, and one of 8-bit sRGB has no linea
     options.layers.ambient_occlusion_samples = 0;
     REQUIRE_THROWS_WITH(render(spheres(), camera, options), ContainsSubstring("ambient_occlusion_samples: expected"));
 }
+
+TEST_CASE("steps of pixels are limited", "[render]")
+{
+    RenderOptions options;
+    options.size = {60, 40};
+    for (const int step : {-1, 0, 1 << 28, 1 << 30, std::numeric_limits<int>::max()}) {
+        options.step = step;
+        REQUIRE_THROWS_WITH(render(spheres(), camera, options), ContainsSubstring("step: expected"));
+    }
+    options.step = 1 << 20; // the first pixel alone
+    REQUIRE(render(spheres(), camera, options).covered_count <= 1);
+}

@@ -130,3 +130,11 @@ TEST_CASE("many scenes live at a time", "[scene]")
     }
     REQUIRE(first_t(*scenes.front().snapshot()) == Approx(11.0));
 }
+
+TEST_CASE("no object is refused", "[scene]")
+{
+    Scene scene;
+    REQUIRE_THROWS_AS(scene.add(std::shared_ptr<const Isosurface>()), std::invalid_argument);
+    REQUIRE_THROWS_AS(scene.add(std::shared_ptr<const Mesh>()), std::invalid_argument);
+    REQUIRE(scene.count() == 0);
+}

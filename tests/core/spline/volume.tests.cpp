@@ -222,6 +222,8 @@ TEST_CASE("bad input to a volume is named", "[spline]")
         return changed;
     };
     const auto view = samples.view();
+    REQUIRE_THROWS_WITH(Volume(SampleView{nullptr, SampleType::float32, {2, 2, 2}, {}}),
+                        ContainsSubstring("data: expected samples, got none"));
     REQUIRE_THROWS_WITH(Volume(view, options([](auto& o) { o.degree = 6; })), ContainsSubstring("degree"));
     REQUIRE_THROWS_WITH(Volume(view, options([](auto& o) { o.spacing.y = 0.0; })), ContainsSubstring("spacing"));
     REQUIRE_THROWS_WITH(Volume(view, options([](auto& o) { o.origin.z = NAN; })), ContainsSubstring("origin"));
