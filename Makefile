@@ -19,6 +19,9 @@ cache := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/isospline
 export CMAKE_CXX_COMPILER_LAUNCHER ?= $(shell command -v ccache)
 export CCACHE_BASEDIR := $(CURDIR)
 export CCACHE_NOHASHDIR := 1
+# Python keeps what it has compiled, whatever the environment says: else each of the hundreds of processes that tests start
+# would compile all modules again.
+unexport PYTHONDONTWRITEBYTECODE
 sphinx = $(python) -m sphinx -W --keep-going -n -q -d build/docs/doctrees
 compiled := CMakeLists.txt CMakePresets.json pyproject.toml $(shell find bindings cmake core -type f)
 sources := $(compiled) $(shell find python -type f -not -name '*.pyc' -not -name '*.so')
