@@ -58,10 +58,11 @@ def cluster(tmp_path_factory):
         yield address, {worker.pid: worker for worker in workers}
 
 
-@pytest.fixture
-def store(tmp_path):
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
     field = isospline.volumes.gyroid()
-    return isospline.convert(field.values(64), tmp_path / "gyroid.zarr", chunk=16, **field.grid(64))
+    out = tmp_path_factory.mktemp("stores") / "gyroid.zarr"
+    return isospline.convert(field.values(64), out, chunk=16, **field.grid(64))
 
 
 @pytest.fixture

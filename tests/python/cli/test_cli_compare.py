@@ -15,7 +15,7 @@ from isospline.cli.main import main
 @pytest.fixture
 def part(ball):
     """A mesh of a larger ball about the centre of the ball, beside it."""
-    sphere = mesh_sphere(1.0, 64)
+    sphere = mesh_sphere(1.0, 32)
     center = (np.array(np.load(ball).shape[::-1]) - 1) / 2
     extent = 0.7 * center  # the ball is an ellipsoid: its samples are denser along some axes
     path = ball.parent / "part.ply"

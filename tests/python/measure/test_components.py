@@ -265,9 +265,10 @@ def test_all_queries_see_the_largest_alone(degree, n):
     same(kept.signed_distance(points), alone.signed_distance(points), 0.1)
     same(scene.signed_distance(points), kept.signed_distance(points), 1e-5)
     same(scene.occupancy(points), kept.contains(points), 0)
-    same(kept.area(order=4).value, whole.components(measured=True, order=4).areas[:n].sum(), 1e-9)
-    same(kept.enclosed_volume(order=4).value, whole.components(measured=True, order=4).enclosed_volumes[:n].sum(), 1e-9)
-    same(kept.components(measured=True, order=4).areas, whole.components(measured=True, order=4).areas[:n], 1e-9)
+    parts = whole.components(measured=True, order=4)
+    same(kept.area(order=4).value, parts.areas[:n].sum(), 1e-9)
+    same(kept.enclosed_volume(order=4).value, parts.enclosed_volumes[:n].sum(), 1e-9)
+    same(kept.components(measured=True, order=4).areas, parts.areas[:n], 1e-9)
     sampled = kept.sample_points(500)["points"]
     nearest = np.min([abs(np.linalg.norm(sampled - c, axis=1) - r) for c, r in BALLS[:n]], axis=0)
     assert nearest.max() < 0.2 + atol
