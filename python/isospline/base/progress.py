@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,9 @@ from .mistakes import sentence
 
 #: Seconds between two plain lines.
 LINE_INTERVAL = 10.0
+
+#: The rate is that of so many lines. That of all would promise an early end where the last parts are the slowest.
+RATE_LINES = 6
 
 #: From this fraction on, the rate gives the remaining time.
 LEAST_MADE = 1e-3
@@ -48,18 +52,22 @@ class Lines:
     def __init__(self, title: str) -> None:
         self._title = title
         self._begin = self._told = time.monotonic()
-        self._first: float | None = None
+        self._ends: deque[tuple[float, float]] = deque(maxlen=RATE_LINES)
 
     def __call__(self, fraction: float) -> None:
         now = time.monotonic()
-        if self._first is None:
-            self._first = fraction
+        if not self._ends:  # earlier work does not count for the rate
+            self._ends.append((self._begin, fraction))
         if now - self._told < LINE_INTERVAL:
             return
         self._told = now
-        elapsed, made = now - self._begin, fraction - self._first
-        left = f", {_clock(elapsed * (1 - fraction) / made)} left" if made > LEAST_MADE else ""
-        print(f"isospline: {self._title}: {fraction:.0%}, {_clock(elapsed)}{left}", file=sys.stderr, flush=True)
+        begin, first = self._ends[0]
+        self._ends.append((now, fraction))
+        made = fraction - first
+        left = f", {_clock((now - begin) * (1 - fraction) / made)} left" if made > LEAST_MADE else ""
+        print(
+            f"isospline: {self._title}: {fraction:.0%}, {_clock(now - self._begin)}{left}", file=sys.stderr, flush=True
+        )
 
     def close(self) -> None:
         """There is nothing to clean up."""

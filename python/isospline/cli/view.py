@@ -100,6 +100,7 @@ def session_image(arguments, progress):
     """The image of a session, as the viewer's last pass draws it."""
     from ..viewer.bundle import is_bundle, unpack
     from ..viewer.document import Document
+    from ..viewer.framing import camera_towards
     from ..viewer.picture import FINAL_SAMPLES, PictureMaker, Stage
     from ..viewer.rulers import draw_measurements
     from ..viewer.session import open_session, read_session
@@ -111,12 +112,12 @@ def session_image(arguments, progress):
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="isospline-"))
             path = unpack(path, folder)
         state = open_session(document, read_session(path), folder=folder)
-    if state.camera is None:
-        raise ValueError(f"{arguments.session}: expected a session with a camera")
     samples = FINAL_SAMPLES[state.light] if arguments.samples is None else arguments.samples
     check_count(samples, "samples", 65536)
     stage = Stage(samples, True)
     maker = PictureMaker(document)
+    if state.camera is None:  # of a state that no page has shown
+        state = state.replace(camera=camera_towards(document, maker, state, "home", arguments.size))
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
     camera = state.camera.camera()
     if arguments.annotate == ANNOTATIONS:

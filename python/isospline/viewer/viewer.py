@@ -17,22 +17,18 @@ import numpy as np
 from ..base.system import warn
 from ..io import isolated
 from ..levels import count_pieces
-from ..picture.cameras import camera_for
 from ..scene import Isosurface
-from ..suggest.view import SuggestedView
 from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
+from .framing import camera_towards
 from .history import History
 from .picture import PictureMaker
 from .session import is_inside, open_session, read_session
-from .state import CameraState, ViewState
+from .state import ViewState
 from .to_page import Progress, Steps
 from .upload import UPLOAD_COUNT, UPLOAD_LIMIT, Uploads
 
 _LEADING = '<!doctype html><meta name="referrer" content="no-referrer"><meta http-equiv="refresh" content="0; url={}">'
-
-#: The margin around the objects in a window, with space for the handles of cuts, the cube and the scale bar.
-MARGIN = 0.2
 
 
 class Viewer:
@@ -312,27 +308,8 @@ class Viewer:
 
     def camera_towards(self, view, size, projection="perspective", field_of_view=30.0, *, up=None, state=None):
         """The state of a camera that shows all objects from a side, of the viewer's state or another one."""
-        state = state or self.state
         with self.making() as maker:
-            seen = maker.scene if maker.geometry_ids(state) else self.document.bounds()
-            if seen is maker.scene and not np.isfinite(seen.bounds).all():
-                seen = self.document.bounds()
-            suggested = self._suggested_view(state) if view == "home" else None
-            camera = camera_for(
-                seen,
-                view=view if suggested is None else suggested.view,
-                up=up if suggested is None else suggested.up,
-                projection=projection,
-                field_of_view=field_of_view,
-                size=size,
-                margin=MARGIN,
-            )
-        return CameraState.of(camera, field_of_view)
-
-    def _suggested_view(self, state):
-        """The view suggested for the only volume that is seen, or the usual one."""
-        seen = {each.source for each in state.objects if each.is_seen and each.level is not None}
-        return self.document[min(seen)].presentation.view if len(seen) == 1 else SuggestedView()
+            return camera_towards(self.document, maker, state or self.state, view, size, projection, field_of_view, up)
 
     # -- The end ---------------------------------------------------------------------------------------------------
 

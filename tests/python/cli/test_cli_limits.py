@@ -281,6 +281,16 @@ def test_the_time_that_is_left_is_that_of_the_rate(capsys, monkeypatch):
     )
 
 
+def test_the_time_that_is_left_is_that_of_the_last_minute(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    lines = progress.Lines("area")
+    for seconds in range(0, 310, 10):  # 90% in ten seconds, then 1% a minute
+        now[0] = float(seconds)
+        lines(0.9 * (seconds >= 10) + 0.01 * max(seconds - 10, 0) / 60)
+    assert capsys.readouterr().err.splitlines()[-1] == "isospline: area: 95%, 05:00, 05:10 left"
+
+
 def test_a_bar_shows_the_remaining_time(capsys):
     bar = progress.Bar("rendering")
     bar(0.5)

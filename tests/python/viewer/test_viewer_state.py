@@ -159,6 +159,22 @@ def test_render_takes_a_session(opened, folder):
     np.testing.assert_array_equal(np.asarray(PIL.Image.open(out)), shot(document, state))
 
 
+def test_a_session_without_a_camera_is_rendered_from_the_view_of_a_new_page(opened, folder):
+    """No page has shown a state that comes from Python alone."""
+    document, state = opened
+    write_session(folder / "a.json", session_of(document, state.replace(camera=None)))
+    out = folder / "out.png"
+    assert main(["render", "--session", str(folder / "a.json"), "-o", str(out), "--size", "48x36"]) == 0
+    import PIL.Image
+
+    scene = isospline.Scene(isospline.Isosurface(document["source1"].item, state.object(0).level))
+    scene.add(document["source2"].item)
+    view = isospline.suggest_view(document["source1"].item)
+    camera = isospline.camera_for(scene, view=view.view, up=view.up, size=SIZE, margin=0.2)
+    expected = shot(document, state.replace(camera=CameraState.of(camera)))
+    np.testing.assert_array_equal(np.asarray(PIL.Image.open(out)), expected)
+
+
 @pytest.mark.parametrize("shading", ["phong", "path-trace"])
 def test_sessions_are_rendered_with_a_colour_bar_of_the_values_on_the_cut(opened, folder, shading):
     document, state = opened
