@@ -31,7 +31,7 @@ def test_objects_of_two_units_are_refused():
     with pytest.raises(ValueError, match="obj: .*, got one in furlong: scale it, in a Scene"):
         scene.add(ball("furlong", 1.0), [[0.8, 0, 0, 0], [0, -1.2, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     assert scene.ids == [0, 1, 2]  # and none was used
-    for same in (ball("millimeter", 1.0), MM, BARE, MESH):
+    for same in (ball("millimeters", 1.0), MM, BARE, MESH):
         scene.add(same)
     scene.remove(2), scene.remove(3), scene.remove(4)
     scene.add(UM)
