@@ -9,9 +9,9 @@ import numpy as np
 from .base.parameters import check_seed, check_type, flag, number, optional, whole_number
 from .base.results import Measurement, SurfaceDistance
 from .base.signatures import explained
-from .base.units import ratio_of_units
 from .farthest import largest_distance, largest_distance_of_mesh
 from .scene import Isosurface, Mesh, Scene
+from .scene.world_units import check_unit, world_unit
 
 
 @explained
@@ -171,18 +171,12 @@ def _check_surface(surface, parameter):
 
 
 def _check_units(surface, other):
-    """Check that numbers of both mean the same; those of meshes, and of scenes, are taken as they are placed."""
-    if not (isinstance(surface, Isosurface) and isinstance(other, Isosurface)):
+    """Check that numbers of both mean the same; those of meshes do, and of what a scene's transforms convert."""
+    if not isinstance(surface, Isosurface):
         return
-    own, others = surface.volume.unit, other.volume.unit
-    ratio = ratio_of_units(others, own)
-    if ratio == 1:
-        return
-    scale = "scale it" if ratio is None else f"scale it by {ratio:g}"
-    raise ValueError(
-        f"other: expected an isosurface in {own}, as surface is, got one in {others}: {scale}, in a Scene or by "
-        f"the spacing, the origin and the unit of its volume"
-    )
+    if isinstance(other, (Isosurface, Scene)):
+        unit = world_unit(other) if isinstance(other, Scene) else other.volume.unit
+        check_unit(unit, surface.volume.unit, "other", "surface is")
 
 
 def _default_tolerance(surface, other, largest):

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 #: Picometres in each unit.
 PICOMETRES = {
-    **dict.fromkeys(("Å", "\N{ANGSTROM SIGN}", "angstrom"), 100),
-    **dict.fromkeys(("nm", "nanometer", "nanometre"), 10**3),
-    **dict.fromkeys(("µm", "\N{GREEK SMALL LETTER MU}m", "um", "micron", "micrometer", "micrometre"), 10**6),
-    **dict.fromkeys(("mm", "millimeter", "millimetre"), 10**9),
-    **dict.fromkeys(("cm", "centimeter", "centimetre"), 10**10),
-    **dict.fromkeys(("m", "meter", "metre"), 10**12),
-    **dict.fromkeys(("inch", "in"), 254 * 10**8),
-    **dict.fromkeys(("ft", "foot"), 3048 * 10**8),
+    **dict.fromkeys(("Å", "\N{ANGSTROM SIGN}", "angstrom", "angstroms"), 100),
+    **dict.fromkeys(("nm", "nanometer", "nanometre", "nanometers", "nanometres"), 10**3),
+    **dict.fromkeys(("µm", "\N{GREEK SMALL LETTER MU}m", "um", "micron", "microns"), 10**6),
+    **dict.fromkeys(("micrometer", "micrometre", "micrometers", "micrometres"), 10**6),
+    **dict.fromkeys(("mm", "millimeter", "millimetre", "millimeters", "millimetres"), 10**9),
+    **dict.fromkeys(("cm", "centimeter", "centimetre", "centimeters", "centimetres"), 10**10),
+    **dict.fromkeys(("m", "meter", "metre", "meters", "metres"), 10**12),
+    **dict.fromkeys(("inch", "in", "inches"), 254 * 10**8),
+    **dict.fromkeys(("ft", "foot", "feet"), 3048 * 10**8),
 }
 
 

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
 
 import numpy as np
 
 import isospline
 
-from ..base.units import ratio_of_units
 from ..base.views import SIZE
-from ..interop import three_mf
 from ..interop.mesh_output import MESHES
 from ..interop.mesh_topology import equal_rows
-from ..io import isolated
 from ..picture.sequences import check_folder
 from ..store.detail import is_store
 from .given import MODEL, READING, keywords, refuse_without
 from .levels import choose_levels, make_surfaces
 from .store import opened
 from .summary import unit_power
+from .units import unit_transform
 from .write import writing
 
 #: The parts of the area of `SurfaceDistance.quantiles`, in percent.
@@ -75,7 +72,8 @@ def run(arguments, read, progress, say, unicode):
         other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments, read, say)
         if is_mesh and not arguments.unsigned and not is_closed(other):
             say(f"{arguments.other} is not closed, so signs of distances may be wrong; --unsigned leaves them out")
-        other = _in_unit_of(surface, other, arguments, say)
+        scale = unit_transform(surface.volume.unit, arguments, say, other, arguments.other)
+        other = other if scale is None else isospline.Scene([(other, scale)])
         found = isospline.surface_distance(
             surface, other, samples=arguments.samples, tolerance=arguments.tolerance, signed=not arguments.unsigned
         )
@@ -112,25 +110,6 @@ def _other_surface(arguments, read, say):
         options["nan"] = arguments.nan
     other = argparse.Namespace(file=arguments.other, level=level, **options)
     return _surface(other, read, lambda text: say(f"{arguments.other}: {text}"))
-
-
-def _in_unit_of(surface, other, arguments, say):
-    """The surface of OTHER, scaled if its unit is another one."""
-    own, others = surface.volume.unit, _unit_of(other, Path(arguments.other))
-    ratio = ratio_of_units(others, own)
-    if ratio == 1:
-        return other
-    if ratio is None:
-        raise ValueError(f"{arguments.other}: expected coordinates in {own}, as in {arguments.file}, got {others}")
-    say(f"{arguments.other}: coordinates in {others} are converted to {own}")
-    return isospline.Scene([(other, np.diag([ratio, ratio, ratio, 1.0]))])
-
-
-def _unit_of(other, path):
-    """The unit of OTHER; empty if it is not known."""
-    if isinstance(other, isospline.Isosurface):
-        return other.volume.unit
-    return isolated.call(f"{three_mf.__name__}:unit_in_file", path) if path.suffix.lower() == ".3mf" else ""
 
 
 def _write_picture(arguments, surface, other, found):

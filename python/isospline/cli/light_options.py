@@ -15,6 +15,7 @@ from ..picture.tone import CURVES
 from .given import flag, given, keywords, refuse_without
 from .picture import studio_looks
 from .store import opened
+from .units import volume_to_unit
 
 OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
 ENVIRONMENT = ("environment", "environment_intensity", "environment_rotation", "environment_visible")
@@ -37,8 +38,11 @@ LIGHTS: dict[str, tuple[str, ...]] = {
 }
 
 
-def looks(arguments, count):
-    """The shading or the material of each of `count` objects, and a function that makes the light of a dict of them."""
+def looks(arguments, count, to_unit=None):
+    """The shading or the material of each of `count` objects, and a function that makes the light of a dict of them.
+
+    ``to_unit(given, path)`` is a transform of what the file of --color-by gives to the unit of the scene, or None.
+    """
     for option in sorted({option for options in LIGHTS.values() for option in options}):
         shadings = [shading for shading, options in LIGHTS.items() if option in options]
         if arguments.light not in shadings:
@@ -46,7 +50,7 @@ def looks(arguments, count):
             refuse_without(arguments, [option], f"--light {expected}", arguments.light)
     if not arguments.ground:
         refuse_without(arguments, ["ground_color"], "--ground")
-    colors = _colors(arguments, count)
+    colors = _colors(arguments, count, to_unit or (lambda *_: None))
     opacities = _opacities(arguments, count)
     lights = arguments.lamp and [_directional(lamp) for lamp in arguments.lamp]
     if arguments.light == "studio":
@@ -85,9 +89,9 @@ def ground_look(arguments, looks):
     return looks[0].replace(color=color, cap_color=None, opacity=1, silhouette_opacity=None, **matt)
 
 
-def _colors(arguments, count):
+def _colors(arguments, count, to_unit):
     """The keyword color for each object; empty if the option was not given."""
-    by = _color_by(arguments)
+    by = _color_by(arguments, to_unit)
     if not arguments.color:
         return [{} if by is None else {"color": by}] * count
     if by is not None:
@@ -120,7 +124,7 @@ def _together(colors, others):
     return [{**color, **other} for color, other in zip(colors, others)]
 
 
-def _color_by(arguments):
+def _color_by(arguments, to_unit):
     """The rule for a surface's colour, or None."""
     what = arguments.color_by
     options = keywords(arguments, ("cmap", "limits"))
@@ -138,9 +142,11 @@ def _color_by(arguments):
     if what.lower().endswith(MESHES):
         if arguments.limits is None:
             raise ValueError("--limits: expected two distances for --color-by with a mesh, such as -1,1, got none")
-        return isospline.ColorByDistance(isospline.read_mesh(what), **options)
+        mesh = isospline.read_mesh(what)
+        return isospline.ColorByDistance(isospline.Scene([(mesh, to_unit(mesh, what))]), **options)
     data = opened(argparse.Namespace(file=what), lambda other: isospline.read_volume(other.file))
-    return isospline.ColorByVolume(data.to_volume(), **options)
+    volume, transform = volume_to_unit(to_unit, data, what)
+    return isospline.ColorByVolume(volume, transform=transform, **options)
 
 
 def _directional(lamp, unit=1.0):

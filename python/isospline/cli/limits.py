@@ -7,7 +7,7 @@ import os
 
 from ..picture.sequences import check_folder, is_video, numbered
 from .given import refuse_without
-from .record import turntable_record
+from .record import Record, record_path
 
 #: Samples of a pixel if nothing else ends a path traced picture.
 DEFAULT_SAMPLES = 64
@@ -63,12 +63,15 @@ def check_limits(arguments):
         raise ValueError(f"--checkpoint: expected --resume, or the name of a new file, got {path}, which exists")
 
 
-def frames_to_make(cameras, arguments, say):
-    """The numbers of the missing pictures, of a turntable or a single one, and their cameras."""
+def frames_to_make(cameras, arguments, made_of, say):
+    """The numbers of the missing pictures, of a turntable or a single one, and their cameras.
+
+    Pictures of a turntable that are recorded as `made_of` the same are not missing.
+    """
     numbers = range(len(cameras))
     if not (arguments.turntable and arguments.resume):
         return numbers, cameras
-    record, made_of = turntable_record(arguments)
+    record = Record(record_path(arguments.output))
     outputs = [numbered(arguments.output, number) for number in numbers]
     missing = [at for at, path in enumerate(outputs) if not (os.path.exists(path) and record.has(path, made_of))]
     say(f"{len(numbers) - len(missing)} of {len(numbers)} pictures exist already")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import json
 import math
@@ -36,10 +37,12 @@ from .output import check_output
 from .parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
 from .picture import announce_time, background_of, cameras_of, check_camera_options, marks_for
 from .placement import read_placed
+from .record import made_of
 from .store import Store, opened
+from .units import in_one_unit, unit_transform
 from .verify import run as run_verify
 from .view import check_beside_session, serve, session_image
-from .write import DISK_ERRORS, check_table, error_text, write_images, write_measures
+from .write import DISK_ERRORS, check_table, error_text, measured, write_images, write_measures
 
 
 def _parser():
@@ -112,7 +115,7 @@ def measure(arguments):
     if arguments.output:
         write_measures(arguments, surfaces, _progress)
         return
-    measured = [_measured(surface, arguments) for surface in surfaces]
+    found_of = [measured(surface, arguments, _progress) for surface in surfaces]
     if arguments.json:
         parts = [
             {
@@ -122,11 +125,11 @@ def measure(arguments):
                 **{name: {"value": each.value, "error": each.error} for name, each in found.items()},
                 "components": {name: array.tolist() for name, array in components.items()},
             }
-            for surface, (found, components) in zip(surfaces, measured)
+            for surface, (found, components) in zip(surfaces, found_of)
         ]
         print(json.dumps(parts if len(parts) > 1 else parts[0], indent=2))
         return
-    for surface, (found, components) in zip(surfaces, measured):
+    for surface, (found, components) in zip(surfaces, found_of):
         unit = surface.volume.unit
         print(describe_measures(arguments.file, surface.level, found, components, unit, _has_unicode()))
 
@@ -144,25 +147,6 @@ def verify(arguments):
 def _has_unicode():
     """Whether the output shows all of Unicode."""
     return (sys.stdout.encoding or "ascii").lower().startswith("utf")
-
-
-def _measured(surface, arguments):
-    """The measures of a surface, by their names, and its components."""
-    options = {"tolerance": arguments.tolerance, "order": arguments.order}
-    with _progress("volume and area", arguments) as progress:
-        table = isospline.measure(surface, [surface.level], progress=progress, **options)
-    found = {
-        "enclosed_volume": isospline.Measurement(table.enclosed_volumes[0], table.volume_errors[0]),
-        "area": isospline.Measurement(table.areas[0], table.area_errors[0]),
-    }
-    for name in ["mean_curvature", "gaussian_curvature"] if surface.volume.degree > 1 else []:
-        with _progress(name.replace("_", " "), arguments) as progress:
-            found[name] = getattr(surface, name)(progress=progress, **options)
-    with _progress("components", arguments) as progress:
-        components = surface.components(measured=True, progress=progress, **options)
-    if found["area"].value == 0 and found["enclosed_volume"].value == 0:
-        raise ValueError(f"level: expected one with a surface, got {surface.level:g}, where nothing is to be measured")
-    return found, components
 
 
 def render(arguments):
@@ -198,13 +182,16 @@ def _render(arguments, write=True):
     clip = _clip(arguments)
     if arguments.denoise:
         denoiser()  # fails now if it is missing, and not after the work
-    meshes = [read_placed(text) for text in arguments.mesh]
+    record_of = made_of(arguments)  # before the files are read: one that changes later is another one
+    placed = [read_placed(text) for text in arguments.mesh]
     data, labels = _volume_or_labels(arguments)
+    meshes = in_one_unit(placed, data.unit, arguments, _say)
     chosen = choose_levels(data, arguments, _say) if labels is None else Chosen([])
     if chosen.view.reason:
         arguments.view, arguments.up = chosen.view.view, chosen.view.up
     count = len(chosen.levels) + len(meshes) if labels is None else set_colors(labels, arguments)
-    materials, light_of = looks(arguments, count)
+    to_unit = functools.partial(unit_transform, data.unit, arguments, _say)
+    materials, light_of = looks(arguments, count, to_unit)
 
     def make_scene(volume):
         with _progress("finding cells" if labels is None else "smoothing", arguments) as progress:
@@ -242,10 +229,10 @@ def _render(arguments, write=True):
         scene.add(isospline.ground_for(scene, up=arguments.up or (0, 0, 1)))
     look = look_of(scene)
     marks = marks_for(arguments, scene, look)
-    frames, missing = frames_to_make(cameras, arguments, _say)
+    frames, missing = frames_to_make(cameras, arguments, record_of, _say)
     with _progress("rendering", arguments) as progress:
         written = write_images(
-            arguments, frames, _images(scene, missing, look, marks, is_distributed, arguments, progress)
+            arguments, frames, _images(scene, missing, look, marks, is_distributed, arguments, progress), record_of
         )
     if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW):
         _say("z is upwards, as the file has no patient directions; --up -z turns the picture, --view back the eye")

@@ -11,14 +11,14 @@ import isospline
 
 
 def read_placed(text):
-    """The mesh and its 4 x 4 matrix, for `Scene`."""
+    """The path of a mesh, the mesh and its 4 x 4 matrix."""
     path, at, place = text.rpartition("@")
     if not at or os.path.exists(text):
-        return isospline.read_mesh(text), np.eye(4)
+        return text, isospline.read_mesh(text), np.eye(4)
     matrix = _moved(place)
     if matrix is None:
         matrix = _read_matrix(place)
-    return isospline.read_mesh(path), matrix
+    return path, isospline.read_mesh(path), matrix
 
 
 def _moved(place):

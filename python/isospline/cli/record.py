@@ -10,7 +10,7 @@ import isospline
 
 from ..base.system import whole_file
 from ..io.files import files_of
-from ..picture.sequences import PICTURES
+from ..picture.sequences import PICTURES, is_video
 from ..scene.mesh_references import referenced_files
 
 #: Options that do not change a picture.
@@ -52,10 +52,11 @@ class Record:
             json.dump({"isospline": isospline.__version__, "pictures": self._pictures}, file, indent=1)
 
 
-def turntable_record(arguments):
-    """The record of a turntable's numbered pictures, and what they are made of."""
-    volume = identity(arguments.file, arguments.shape)
-    return Record(record_path(arguments.output)), {**options_of(arguments), "volume": volume}
+def made_of(arguments):
+    """What the numbered pictures of a turntable are made of; None for other pictures, which are not recorded."""
+    if not arguments.turntable or is_video(arguments.output):
+        return None
+    return {**options_of(arguments), "volume": identity(arguments.file, arguments.shape)}
 
 
 def options_of(arguments):

@@ -56,6 +56,10 @@ class Store:
     def patient(self):
         return self.scales.metadata.patient
 
+    @property
+    def unit(self):
+        return self.scales.metadata.unit
+
     @functools.cached_property
     def data(self):
         return some_values(self.overview)

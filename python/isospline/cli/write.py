@@ -12,7 +12,7 @@ import isospline
 from ..io.dicom_stack import ADVICE
 from ..picture.sequences import check_folder, is_video, numbered, write_sequence
 from .given import keywords
-from .record import turntable_record
+from .record import Record, record_path
 
 #: Errors of the disk, and not of a wrong name.
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -47,8 +47,30 @@ def write_measures(arguments, surfaces, progress):
     print(f"{arguments.output}: {len(surfaces)} level{'s' if len(surfaces) > 1 else ''}")
 
 
-def write_images(arguments, frames, images):
-    """Write the picture, the video, or pictures of these numbers, as the output's name asks; returns a description."""
+def measured(surface, arguments, progress):
+    """The measures of a surface, by their names, and its components."""
+    options = {"tolerance": arguments.tolerance, "order": arguments.order}
+    with progress("volume and area", arguments) as report:
+        table = isospline.measure(surface, [surface.level], progress=report, **options)
+    found = {
+        "enclosed_volume": isospline.Measurement(table.enclosed_volumes[0], table.volume_errors[0]),
+        "area": isospline.Measurement(table.areas[0], table.area_errors[0]),
+    }
+    for name in ["mean_curvature", "gaussian_curvature"] if surface.volume.degree > 1 else []:
+        with progress(name.replace("_", " "), arguments) as report:
+            found[name] = getattr(surface, name)(progress=report, **options)
+    with progress("components", arguments) as report:
+        components = surface.components(measured=True, progress=report, **options)
+    if found["area"].value == 0 and found["enclosed_volume"].value == 0:
+        raise ValueError(f"level: expected one with a surface, got {surface.level:g}, where nothing is to be measured")
+    return found, components
+
+
+def write_images(arguments, frames, images, made_of=None):
+    """Write the picture, the video, or pictures of these numbers, as the output's name asks; returns a description.
+
+    Numbered pictures of a turntable are recorded with what they are made of, as `record.made_of` returns it.
+    """
     output = arguments.output
     with writing():
         if not arguments.turntable:
@@ -56,14 +78,14 @@ def write_images(arguments, frames, images):
                 image.write(output)
             return repr(image)
         if not is_video(output):
-            images = _recorded(arguments, frames, images)
+            images = _recorded(arguments, frames, images, made_of)
         write_sequence(output, images, numbers=frames, **keywords(arguments, ["fps"]))
     return f"{arguments.turntable} pictures of {arguments.size[0]} x {arguments.size[1]}"
 
 
-def _recorded(arguments, frames, images):
+def _recorded(arguments, frames, images, made_of):
     """The pictures; each is removed from the record before it is written, and added to it afterwards."""
-    record, made_of = turntable_record(arguments)
+    record = Record(record_path(arguments.output))
     for frame, image in zip(frames, images):
         path = numbered(arguments.output, frame)
         record.forget(path)

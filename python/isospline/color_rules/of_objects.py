@@ -51,6 +51,7 @@ class ColorByDistance(_IndexedRule):
     ------
     ValueError
         For limits that are equal or not finite, an unknown map, objects without points, and signed distances of points.
+        When the picture is made, for objects in another unit of length than that of the scene.
 
     Examples
     --------
@@ -203,7 +204,8 @@ class ColorByThickness(_IndexedRule):
     ------
     ValueError
         For limits that are equal or not finite, an unknown map or method, a ripple below 0, and another transform. When
-        the picture is made, for a mesh without `surface`, and an object whose transform is not such a one.
+        the picture is made, for a mesh without `surface`, an object whose transform is not such a one, and a `surface`
+        in another unit of length than that of the scene.
 
     Notes
     -----

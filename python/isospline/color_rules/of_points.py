@@ -46,7 +46,8 @@ class ColorByVolume(_ColorRule):
     ------
     ValueError
         For limits that are equal or not finite, an unknown map, a transform that is singular or not affine. Also if all
-        samples are the same and there are no limits.
+        samples are the same and there are no limits. When the picture is made, for a volume in another unit of length
+        than that of the scene, unless the transform converts it.
 
     Examples
     --------

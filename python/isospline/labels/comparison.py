@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.results import LabelComparison
+from ..base.units import ratio_of_units
 from ..distances import surface_distance
 from ..io.checks import size_text
 from .segments import Segment
@@ -56,6 +57,9 @@ def _by_key(segments, by, keys):
 def _check_same_voxels(first, second):
     if first.shape != second.shape:
         raise ValueError(f"other: expected {size_text(first.shape)} voxels, got {size_text(second.shape)}")
+    unit, other = first._source.unit, second._source.unit
+    if ratio_of_units(other, unit) != 1:
+        raise ValueError(f"other: expected a map in {unit}, got one in {other}")
     corners = np.array([(0, 0, 0), first.shape[::-1]])
     apart = np.abs(first._source.position(corners) - second._source.position(corners)).max()
     axes = np.abs(np.asarray(first._source.direction) - second._source.direction).max()

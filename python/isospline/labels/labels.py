@@ -364,7 +364,7 @@ class Labels:
         Raises
         ------
         ValueError
-            For maps of different shapes or places, no labels, names that several labels of a map have if `by` is
+            For maps of different shapes, places or units, no labels, names that several labels of a map have if `by` is
             "name", and as in `surface`.
         """
         if not isinstance(other, Labels):

@@ -18,7 +18,7 @@ from ..scene import Isosurface, Mesh, Scene
 from .environments import EnvironmentLight, upright
 from .materials import UNLIT, is_translucent, names_in_shadings
 from .path_tracer import PathTracer
-from .rules import Placed, completed, is_incomplete, own_material
+from .rules import Placed, check_units, completed, is_incomplete, own_material
 from .studio import Studio
 
 if TYPE_CHECKING:
@@ -78,8 +78,10 @@ def resolve(scene: Scene, light: Light, color: Color | None = None, opacity: flo
     items = _items(scene)
     own = _own(items)
     if not (given or own or changes or is_incomplete(light)):
+        check_units(scene, [light])
         return light
     shadings = {id: _shaded(light, own.get(id), changes) for id in items} | given
+    check_units(scene, shadings.values())
     return completed(shadings, items)
 
 
@@ -124,6 +126,7 @@ def _materials(scene: Scene, light: Studio | PathTracer, changes: dict[str, Any]
     found |= given
     if light.material and is_incomplete(light.material):
         found = dict.fromkeys(items, light.material) | found
+    check_units(scene, [*found.values(), *([light.material] if light.material else ())])
     return completed(found, items)
 
 

@@ -111,7 +111,7 @@ def render(
         without `light` has a scale bar if the unit is known. Not allowed with a crop.
     unit : str, optional
         Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
-        the same.
+        one, without those that a transform converts to another unit.
     legend : bool
         Whether to draw the names of objects, ``Isosurface(..., name="bone")``, each beside its colour; beside the scene
         if `camera` is not given. Not allowed with a crop.

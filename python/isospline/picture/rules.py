@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..color_rules import ColorByDistance, ColorByThickness, ColorByValue
+from ..color_rules import ColorByDistance, ColorByThickness, ColorByValue, ColorByVolume
 from ..color_rules.rule import _ColorRule, _MeasuredRule
 from ..looks import Material
 from ..scene import Isosurface, Mesh, Scene
+from ..scene.world_units import check_unit, converts, unit_when_placed, world_unit
 
 #: An object and its transform.
 Placed = tuple[Any, NDArray[np.float64]]
@@ -63,6 +64,24 @@ def completed(looks: Mapping[int, Any], items: Mapping[int, Placed]) -> dict[int
 def rules_of(look: Any) -> dict[str, _ColorRule]:
     """The rules among the colours of a material or a shading, by parameter."""
     return {name: rule for name, rule in vars(look).items() if isinstance(rule, _ColorRule)}
+
+
+def check_units(scene: Scene, looks: Iterable[Any]) -> None:
+    """Raise an error if a rule of a material or a shading measures in another unit of length than that of the scene."""
+    unit = world_unit(scene)
+    for rule in {id(rule): rule for look in looks for rule in rules_of(look).values()}.values():
+        check_unit(_unit_of(rule), unit, "color", "the scene is", "a rule")
+
+
+def _unit_of(rule):
+    """The unit of the world in which a rule measures; empty if it is not known."""
+    if isinstance(rule, ColorByDistance):
+        return world_unit(rule._index.scene)
+    if isinstance(rule, ColorByVolume):
+        return "" if converts(rule.transform) else rule.volume.unit
+    if isinstance(rule, ColorByThickness) and (surface := rule.surface) is not None:
+        return unit_when_placed(surface, rule.transform)
+    return ""
 
 
 def _rules(look):

@@ -114,6 +114,12 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
         raise ValueError(f"{printable(path)}: cannot be read as a mesh: {reason}") from error
 
 
+def unit_of_mesh(path):
+    """The unit of length of a file of a mesh; empty if its format has none."""
+    path = Path(path)
+    return isolated.call(f"{three_mf.__name__}:unit_in_file", path) if path.suffix.lower() == ".3mf" else ""
+
+
 # What follows runs in a process of its own.
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.units import ratio_of_units
 from ..base.values import part, same
 from ..clips import HalfSpace
 from ..color_rules.rule import _ColorRule
@@ -20,7 +21,7 @@ from ..looks import Material
 from ..picture.rules import own_material
 from ..scene import Mesh, Volume
 from ..scene.cells import index_shape
-from ..scene.mesh_files import MESH_SUFFIXES, read_mesh
+from ..scene.mesh_files import MESH_SUFFIXES, read_mesh, unit_of_mesh
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import Presentation, body_mask, present
 from .to_page import SourceAbout
@@ -48,6 +49,8 @@ class Source:
         The values of a volume's samples, ascending, and how often they occur.
     patient : bool
         Whether world coordinates are a patient's (LPS).
+    mesh_unit : str
+        The unit of length that the file of a mesh tells; empty if it is not known.
     template : Isosurface or None
         A surface with the options that other levels get.
     scales : Scales or None
@@ -65,6 +68,7 @@ class Source:
     values: np.ndarray = field(default_factory=lambda: np.zeros(0))
     counts: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     patient: bool = False
+    mesh_unit: str = ""
     template: Any = None
     scales: Any = None
     masks: dict[Any, np.ndarray] = field(default_factory=dict)
@@ -81,6 +85,11 @@ class Source:
     def volume(self, scale=None):
         """The volume at a scale of its store, or the overview."""
         return self.item if scale is None else self.scales.volume(scale)
+
+    @property
+    def unit(self):
+        """The unit of length; empty if it is not known."""
+        return self.item.unit if self.is_volume else self.mesh_unit
 
     @property
     def name(self):
@@ -276,13 +285,18 @@ class Document:
             return iter(list(self._sources.values()))
 
     def add(self, make):
-        """Add the source that ``make(key)`` returns for a new key."""
+        """Add the source that ``make(key)`` returns for a new key; its unit of length is that of the others."""
         with self._lock:
             self._count += 1
             key = f"source{self._count}"
         source = make(key)
         source.about()  # what windows are told about it must not fail later
         with self._lock:
+            for other in self._sources.values():
+                if ratio_of_units(source.unit, other.unit) != 1:
+                    raise ValueError(
+                        f"{source.name}: expected coordinates in {other.unit}, as in {other.name}, got {source.unit}"
+                    )
             self._sources[key] = source
         return source
 
@@ -324,7 +338,7 @@ def read_source(path, *, progress=None, read_options=None, model_options=None, w
 
     def mesh(key):
         report(f"reading {name}", 0.0)
-        return Source(key, read_mesh(path, within=within), place, within)
+        return Source(key, read_mesh(path, within=within), place, within, mesh_unit=unit_of_mesh(path))
 
     def volume(key):
         report(f"reading {name}", 0.0)

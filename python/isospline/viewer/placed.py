@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Isosurface, Mesh, Volume
+from ..scene.world_units import converts
 
 
 class Placement:
@@ -34,11 +35,15 @@ class Placement:
 
 
 def placed_volume(volume, transform):
-    """The same model in another world. Its coefficients are copied."""
+    """The same model in another world, whose unit is not known if the transform converts it.
+
+    Its coefficients are copied.
+    """
     affine = transform @ volume.affine
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     world = {"spacing": spacing, "origin": affine[:3, 3], "direction": affine[:3, :3] / spacing}
-    return _restored(Volume, {**volume.__getstate__(), **world})
+    state = volume.__getstate__()
+    return _restored(Volume, {**state, **world, "unit": "" if converts(transform) else state["unit"]})
 
 
 def placed_mesh(mesh, transform):

@@ -41,6 +41,24 @@ def pixels(path):
     return np.asarray(pytest.importorskip("PIL.Image").open(path))
 
 
+def write_nrrd(path, data, spacing, unit):
+    """A NRRD file with a unit, about the centre of the data."""
+    origin = -spacing * (np.array(data.shape[::-1]) - 1) / 2
+    lines = [
+        "NRRD0004",
+        "type: float",
+        "dimension: 3",
+        "space dimension: 3",
+        f"sizes: {' '.join(map(str, data.shape[::-1]))}",
+        f"space directions: ({spacing},0,0) (0,{spacing},0) (0,0,{spacing})",
+        f"space origin: ({','.join(map(str, origin))})",
+        f"space units: {' '.join([chr(34) + unit + chr(34)] * 3)}",
+        "endian: little",
+        "encoding: raw",
+    ]
+    path.write_bytes("\n".join([*lines, "", ""]).encode() + data.astype("<f4").tobytes())
+
+
 def rendered(ball, levels=(0,), meshes=(), samples=1, **options):
     """The library's result for the ball."""
     volume = isospline.Volume(np.load(ball))

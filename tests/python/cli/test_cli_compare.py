@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from command_line import fails, leftovers, pixels
+from command_line import fails, leftovers, pixels, write_nrrd
 from spheres import mesh_sphere
 
 import isospline
@@ -114,24 +114,6 @@ def test_a_store_is_compared(ball, capsys, names):
 def test_bad_comparisons_leave_no_file(ball, part, capsys, options, message):
     fails(capsys, 2, message, "compare", ball, part, *options)
     assert leftovers(ball.parent) == ["part.ply"]
-
-
-def write_nrrd(path, data, spacing, unit):
-    """A NRRD file with a unit, about the centre of the data."""
-    origin = -spacing * (np.array(data.shape[::-1]) - 1) / 2
-    lines = [
-        "NRRD0004",
-        "type: float",
-        "dimension: 3",
-        "space dimension: 3",
-        f"sizes: {' '.join(map(str, data.shape[::-1]))}",
-        f"space directions: ({spacing},0,0) (0,{spacing},0) (0,0,{spacing})",
-        f"space origin: ({','.join(map(str, origin))})",
-        f"space units: {' '.join([chr(34) + unit + chr(34)] * 3)}",
-        "endian: little",
-        "encoding: raw",
-    ]
-    path.write_bytes("\n".join([*lines, "", ""]).encode() + data.astype("<f4").tobytes())
 
 
 def test_volumes_in_two_units_are_compared_in_the_first_one(ball, tmp_path, capsys):

@@ -220,6 +220,26 @@ def test_a_turntable_of_changed_files_begins_again(ball, tmp_path, capsys):
                 os.utime(changed, (0, 0))
 
 
+def test_a_volume_that_changes_after_it_was_read_is_another_one(ball, tmp_path, capsys, monkeypatch):
+    read = isospline.read_volume
+
+    def read_and_change(*given, **options):
+        volume = read(*given, **options)
+        np.save(tmp_path / "other.npy", volume.data[:, :, ::-1])
+        os.replace(tmp_path / "other.npy", ball)
+        return volume
+
+    command = ["render", str(ball), "-l", "0", "--size", "16x12", "--fast", "--turntable", "2", "--resume"]
+    command += ["-o", str(tmp_path / "turn-#.png")]
+    with monkeypatch.context() as changing:
+        changing.setattr(isospline, "read_volume", read_and_change)
+        assert main(command) == 0
+    for kept in (0, 2):
+        capsys.readouterr()
+        assert main(command) == 0
+        assert f"{kept} of 2 pictures exist already" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("suffix", ["gltf", "inp"])
 def test_a_turntable_of_changed_parts_of_meshes_begins_again(ball, tmp_path, capsys, suffix):
     pytest.importorskip("trimesh" if suffix == "gltf" else "meshio")

@@ -154,6 +154,19 @@ def test_comparison_of_shifted_balls():
     assert found.dice[1] == 0 and np.isnan(found.mean_distances[1])
 
 
+def test_maps_of_two_units_are_not_compared():
+    data = two_halves()
+    first, second, other = (
+        Labels(isospline.VolumeData(each, unit=unit))
+        for each, unit in ((data, "mm"), (np.where(data == data.max(), 9, 0), "µm"), (data, "millimeter"))
+    )
+    # Without a label in common, no distance of surfaces would tell.
+    with pytest.raises(ValueError, match="other: expected a map in mm, got one in µm"):
+        first.compare(second)
+    assert (first.compare(other).dice == 1).all()
+    assert (first.compare(Labels(data)).dice == 1).all()
+
+
 def test_rows_of_a_comparison_are_the_wanted_labels():
     labels = Labels(two_halves(2, 8), names={1: "left"})
     found = labels.compare(labels, [5, "left", 1])
