@@ -12,7 +12,7 @@
 #include "isospline/scene/scene.h"
 #include "isospline/util/check.h"
 
-#include <glm/matrix.hpp>
+#include <glm/gtc/matrix_inverse.hpp>
 #include <pybind11/stl.h>
 
 #include <cmath>
@@ -137,9 +137,9 @@ ColorByVolume by_volume(const py::handle& rule)
     color.map = map_of(rule);
     color.label = label_of(rule);
     color.volume_to_scene = as_matrix4(rule.attr("transform"), "transform");
-    color.scene_to_volume = glm::inverse(color.volume_to_scene);
+    color.scene_to_volume = glm::affineInverse(color.volume_to_scene); // its last row is not rounded
     for (int column = 0; column < 4; ++column)
-        if (!is_finite(glm::dvec3(color.scene_to_volume[column])) || color.scene_to_volume[column][3] != (column == 3))
+        if (!is_finite(glm::dvec3(color.scene_to_volume[column])) || color.volume_to_scene[column][3] != (column == 3))
             throw_invalid("transform", "an invertible affine map", "another matrix");
     return color;
 }

@@ -1,6 +1,7 @@
 #include "isospline/scene/thickness.h"
 
 #include "isospline/math/box.h"
+#include "isospline/math/half_space.h"
 #include "isospline/math/linear_program.h"
 #include "isospline/query/closest_point.h"
 #include "isospline/query/lattice_metric.h"
@@ -61,10 +62,30 @@ bool is_behind(const glm::dvec3& place, const ClosestPoint& nearest)
     return glm::dot(place - nearest.position, nearest.normal) < 0.0;
 }
 
+/// The half-spaces where centres may be, with unit normals: the domain of the volume and the clip. Beyond them, an open
+/// solid has no surface that bounds a ball.
+std::vector<HalfSpace> half_spaces_of(const IsosurfaceSnapshot& surface)
+{
+    const Volume& volume = surface.volume();
+    const glm::dmat4& map = volume.world_to_lattice();
+    const Box domain = domain_lattice(volume);
+    std::vector<HalfSpace> found = surface.options().clip;
+    for (int axis = 0; axis < 3; ++axis) {
+        const glm::dvec3 row(map[0][axis], map[1][axis], map[2][axis]);
+        found.push_back({row, domain.lower[axis] - map[3][axis]});
+        found.push_back({-row, map[3][axis] - domain.upper[axis]});
+    }
+    for (HalfSpace& each : found) {
+        const double length = glm::length(each.normal);
+        each = {each.normal / length, each.offset / length};
+    }
+    return found;
+}
+
 /// The centre of a larger ball, and its radius if no points of the surface are nearer than `touched`. `step` bounds the
 /// change of each coordinate.
 Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<Touched>& touched, double gap, double step,
-           double precision, const Box& bounds)
+           double precision, const Box& bounds, const std::vector<HalfSpace>& half_spaces)
 {
     // The variables are the change of the centre and the new radius, in this unit.
     const double unit = std::max(ball.radius, step);
@@ -87,6 +108,10 @@ Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<Touched>
             distance = glm::dot(from_other, slope);
         }
         constraints.push_back({{-slope.x, -slope.y, -slope.z, 1.0}, distance / unit});
+    }
+    for (const HalfSpace& each : half_spaces) {
+        const double inside = glm::dot(each.normal, ball.center) - each.offset;
+        constraints.push_back({{-each.normal.x, -each.normal.y, -each.normal.z, 0.0}, std::max(0.0, inside) / unit});
     }
     std::array<double, 4> lower{}, upper{}, change{};
     for (int axis = 0; axis < 3; ++axis) {
@@ -116,9 +141,9 @@ Ball grown(const Ball& ball, const glm::dvec3& point, const std::vector<Touched>
 /// @param radius Of the first ball, whose centre and the way to it are in the solid, or beyond where it is open.
 /// @param is_open Whether the inward normal leaves the solid where it is open.
 /// @return The radius is infinite if the ball would end at the outer side of another part.
-/// @param bounds Where centres may be.
+/// @param bounds, half_spaces Where centres may be.
 Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double radius, bool is_open, double gap,
-                    double precision, const Box& bounds)
+                    double precision, const Box& bounds, const std::vector<HalfSpace>& half_spaces)
 {
     const auto touching_ball = [&](double most, double depth) {
         const double least = shrunk_radius(find, at, most, depth, precision, is_open);
@@ -144,7 +169,7 @@ Ball inscribed_ball(ClosestPointFinder& find, const ClosestPoint& at, double rad
     const auto longest_step = [&] { return 0.5 * std::max(ball.radius, gap); };
     double step = longest_step();
     for (int i = 0; i < most_balls; ++i) {
-        const Ball next = grown(ball, at.position, touched, gap, step, precision, bounds);
+        const Ball next = grown(ball, at.position, touched, gap, step, precision, bounds, half_spaces);
         if (!(next.radius > ball.radius + precision))
             break;
         const ClosestPoint other = find(next.center);
@@ -202,6 +227,7 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
         return;
 
     const Box bounds = scene.bounds();
+    const std::vector<HalfSpace> half_spaces = half_spaces_of(surface);
     const double largest = glm::length(bounds.size());
     const double edge = LatticeMetric(surface.volume().lattice_to_world()).shortest_edge;
     const double precision = std::clamp(0.02 * ripple, 1e-3 * edge, 1e-2 * edge);
@@ -211,7 +237,7 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
             continue;
         const double ray = std::min(thickness[i], 2.0 * largest);
         const Ball ball = inscribed_ball(find_within_precision, starts[i], 0.5 * (ray + std::min(ripple, 0.5 * ray)),
-                                         !std::isfinite(thickness[i]), ripple, precision, bounds);
+                                         !std::isfinite(thickness[i]), ripple, precision, bounds, half_spaces);
         if (std::isfinite(thickness[i]) || ball.radius < largest - ripple)
             thickness[i] = 2.0 * ball.radius;
     }
