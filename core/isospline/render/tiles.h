@@ -18,8 +18,10 @@ namespace isospline {
 inline int checked_step(int step)
 {
     constexpr int largest = 1 << 20; // so that tiles of steps have a size in an int
-    if (step < 1 || step > largest)
-        throw_invalid("step", "a number from 1 to " + std::to_string(largest), step);
+    if (step < 1)
+        throw_invalid("step", "a number of at least 1", step);
+    if (step > largest)
+        throw_invalid("step", "a number of at most " + std::to_string(largest), step);
     return step;
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..scene import Isosurface, Scene
-from ..scene.world_units import converts
+from ..scene.world_units import common_unit, converts
 from .annotations import BORDER, Box, Covered, color_bars
 from .cameras import camera_beside, camera_for, cameras_around, extent_of
 from .image import Image
@@ -112,7 +112,6 @@ class Marks:
 
 
 def unit_of(scene: Scene) -> str:
-    """The unit of world coordinates: that of the volumes of a scene; empty if one of them does not tell it."""
+    """The unit of world coordinates: that of the volumes of a scene; empty if they differ, or do not tell it."""
     placed = [(item, place) for _, item, place, _ in scene._placed_objects() if isinstance(item, Isosurface)]
-    units = [item.volume.unit for item, place in placed if not converts(place)]
-    return units[0] if units and all(units) else ""
+    return common_unit([item.volume.unit for item, place in placed if not converts(place)])

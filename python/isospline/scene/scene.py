@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal, SupportsIndex
 
 import numpy as np
 
-from .. import _core
 from ..base.shown import Shown
 from ..certificates import certificate
 from .conversions import as_object, as_placed_objects
@@ -19,7 +18,6 @@ from .mesh import Mesh
 from .point_queries import PointQueries
 from .public import attributes_of, public, with_attributes
 from .ray_queries import RayQueries
-from .world_units import check_unit, check_units_of, unit_when_placed, world_unit
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -55,10 +53,6 @@ class Scene(RayQueries, PointQueries, Shown):
 
     Each isosurface and mesh is built once, however often it is added; moving, hiding and removing builds nothing.
 
-    The world has one unit of length, that of the isosurfaces' volumes. One in another unit is converted by its
-    transform, as ``(surface, numpy.diag([0.001, 0.001, 0.001, 1]))`` from micrometres to millimetres. Meshes, and
-    volumes without a unit, are taken to be in the unit of the scene.
-
     An isosurface has two indexes, with the same hits. The draft is ready some milliseconds after a change of the level.
     The settled one takes longer to build, and rays are faster: see `settle`.
 
@@ -85,7 +79,6 @@ class Scene(RayQueries, PointQueries, Shown):
         build_quality: Literal["low", "medium", "high"] = "medium",
     ) -> None:
         super().__init__(as_placed_objects(objects, *more), build_quality)
-        check_units_of(self, "objects")
 
     def add(
         self, obj: Placeable, transform: ArrayLike | None = None, *, visible: bool = True, casts_shadow: bool = True
@@ -114,10 +107,8 @@ class Scene(RayQueries, PointQueries, Shown):
         Raises
         ------
         ValueError
-            If the transform is not finite, not affine or singular; if the object is too large or too small for a scene:
-            beyond a radius of 1e12 units, or with voxels or units below 1e-12; for an isosurface in another unit of
-            length than others of the scene, as `Volume.unit` tells, unless the transform converts it: unless it scales
-            by 1.5 or more, or by 2/3 or less.
+            If the transform is not finite, not affine or singular, or the object too large or too small for a scene:
+            beyond a radius of 1e12 units, or with voxels or units below 1e-12.
         TypeError
             For another type of object.
 
@@ -138,10 +129,7 @@ class Scene(RayQueries, PointQueries, Shown):
         >>> scene.ids
         [0]
         """
-        obj = as_object(obj, "obj")
-        if isinstance(obj, Isosurface) and obj.volume.unit:
-            self._check_unit(obj, transform, "obj")
-        return super().add(obj, transform, visible, casts_shadow)
+        return super().add(as_object(obj, "obj"), transform, visible, casts_shadow)
 
     def remove(self, geometry_id: SupportsIndex) -> None:
         """Removes an object; its geometry id is never reused.
@@ -199,15 +187,7 @@ class Scene(RayQueries, PointQueries, Shown):
         ValueError
             For an id that is not in the scene, and for a transform as in `add`.
         """
-        found = super().object(geometry_id)
-        if isinstance(found, Isosurface) and found.volume.unit:
-            self._check_unit(found, transform, "transform", without=int(geometry_id))
         return super().set_transform(geometry_id, transform)
-
-    def _check_unit(self, surface, transform, parameter, without=None):
-        """Check that an isosurface has the unit of the scene, by its volume or by its transform."""
-        matrix = np.eye(4) if transform is None else _core._doubles(transform, "transform", (4, 4))
-        check_unit(unit_when_placed(surface, matrix), world_unit(self, without), parameter, "others in it are")
 
     def visibility(self, geometry_id: SupportsIndex) -> Visibility:
         """Visibility: which rays see an object."""

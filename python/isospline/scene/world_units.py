@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from typing import Any
 
 import numpy as np
@@ -27,16 +26,15 @@ def unit_when_placed(item: Any, transform: NDArray[np.float64]) -> str:
     return item.volume.unit if isinstance(item, Isosurface) and not converts(transform) else ""
 
 
-def world_unit(scene: Scene, without: int | None = None) -> str:
-    """The unit of a scene, which all its objects with a unit have; empty if none has one.
+def world_unit(scene: Scene) -> str:
+    """The unit that all objects of a scene with a unit have; empty if none has one, or if they differ."""
+    placed = [(item, transform) for _, item, transform, *_ in scene._placed_objects()]
+    return common_unit([unit for each in placed if (unit := unit_when_placed(*each))])
 
-    The object with the geometry id `without` does not count.
-    """
-    for id in scene.ids:
-        with contextlib.suppress(ValueError):  # another thread has removed the object
-            if id != without and (unit := unit_when_placed(scene.object(id), scene.transform(id))):
-                return unit
-    return ""
+
+def common_unit(units: list[str]) -> str:
+    """The unit that all are, by any of its names; empty if they differ, or if one is."""
+    return units[0] if units and all(each and ratio_of_units(each, units[0]) == 1 for each in units) else ""
 
 
 def check_unit(unit: str, others: str, parameter: str, holder: str, what: str = "an isosurface") -> None:
@@ -49,12 +47,3 @@ def check_unit(unit: str, others: str, parameter: str, holder: str, what: str = 
         f"{parameter}: expected {what} in {others}, as {holder}, got one in {unit}: {scale}, in a Scene by its "
         f"transform, or by the spacing, the origin and the unit of its volume"
     )
-
-
-def check_units_of(scene: Scene, parameter: str) -> None:
-    """Raise an error if objects of a scene have different units."""
-    known = ""
-    for _, item, transform, *_ in scene._placed_objects():
-        unit = unit_when_placed(item, transform)
-        check_unit(unit, known, parameter, "those before it are")
-        known = known or unit

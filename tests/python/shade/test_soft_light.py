@@ -64,7 +64,7 @@ def test_pixels_are_rendered_again_as_in_the_whole_picture():
         (dict(images=pictures[:1]), "images: expected one of the window's size for each look"),
         (dict(images=[pictures[0], None]), "images: expected one of the window's size for each look"),
         (dict(mask=mask.T), "mask: expected a bool for each pixel of the window"),
-        (dict(step=0), "step: expected a number from 1 to 1048576, got 0"),
+        (dict(step=0), "step: expected a number of at least 1, got 0"),
     ):
         with pytest.raises(ValueError, match=f"^{message}"):
             _core.render_again(scene, camera, **{"images": pictures, "mask": mask, "step": 1, **same, **bad})
