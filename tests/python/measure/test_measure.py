@@ -231,7 +231,7 @@ def test_stated_errors_hold_for_flat_and_long_bodies(body, order):
         assert true <= stated
 
 
-@pytest.mark.sweep(2)
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("order", range(2, 11))
 def test_stated_errors_hold_for_ellipsoids_of_any_proportions(order):

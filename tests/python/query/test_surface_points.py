@@ -118,7 +118,7 @@ def test_thickness_with_ripples_is_at_least_that_of_the_touching_ball():
     z, y, x = np.mgrid[0:24, 0:24, 0:24] * 0.4
     gyroid = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
     wall = isospline.Isosurface(isospline.Volume(0.5 - abs(gyroid)), 0.0, closed=True)
-    points = wall.sample_points(150).points
+    points = wall.sample_points(300).points
     touching = wall.thickness(points, ripple=0)
     for ripple in (0.1, 0.5, 1):
         assert (wall.thickness(points, ripple=ripple) > touching - 0.03).all()
