@@ -65,7 +65,7 @@ void with_snapshot(Scene& scene, const RenderOptions& options, std::span<const L
                    const py::object& progress, const Make& make)
 {
     long_call("to render " + size_text(options.size.x, options.size.y), progress, [&](const Progress& report) {
-        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1), ray_count(options, further));
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1), settling_gain(options, further));
         make(*snapshot, part_of(report, 0.1, 1.0));
     });
 }
@@ -100,6 +100,9 @@ std::pair<RenderOptions, std::vector<Look>> as_looks(RenderOptions options, std:
     return {std::move(options), std::move(looks)};
 }
 
+/// What settled indexes save the passes that follow in a studio, a pixel (SettlingGain).
+constexpr double gain_of_soft_light = 40.0;
+
 /// The linear images of a scene over no background in several looks; the first one has layers. Their light is a mean
 /// over neighbouring pixels: seen_parts().
 std::vector<std::unique_ptr<Image>> render_scene_in_looks(Scene& scene, const Camera& camera, std::array<int, 2> size,
@@ -110,6 +113,7 @@ std::vector<std::unique_ptr<Image>> render_scene_in_looks(Scene& scene, const Ca
 {
     RenderOptions given = as_options(size, py::none(), samples, layers, ambient_occlusion_samples, "linear", crop);
     given.positions_from_eye = positions_from_eye;
+    given.gain_of_further_passes = gain_of_soft_light;
     const auto [options, further] = as_looks(std::move(given), std::move(shadings));
     std::vector<std::unique_ptr<Image>> images;
     with_snapshot(scene, options, further, progress, [&](const SceneSnapshot& snapshot, const Progress& report) {

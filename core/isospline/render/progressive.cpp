@@ -5,6 +5,7 @@
 #include "isospline/render/renderer.h"
 #include "isospline/render/tiles.h"
 #include "isospline/scene/scene.h"
+#include "isospline/scene/settling_gain.h"
 #include "isospline/util/check.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
@@ -140,7 +141,7 @@ void ProgressiveRenderer::resume(PathSums path_sums, const char* parameter, cons
         check_not_negative(parameter, direct);
 
     reset();
-    begin(progress);
+    begin(0, progress);
     path_sums_ = std::move(path_sums);
 }
 
@@ -157,9 +158,9 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
         throw_invalid("samples", "at most " + std::to_string(left) + " more", samples);
     const int wanted = this->samples() + samples;
     if (!has_centers_)
-        begin(part_of(progress, 0.0, 0.05));
+        begin(samples, part_of(progress, 0.0, 0.05));
     else
-        check_current();
+        continue_with(samples, part_of(progress, 0.0, 0.05));
 
     // A picture with one sample agrees with its ids. With more samples, they are anywhere in the pixel, and the first
     // one is not one of them.
@@ -191,9 +192,25 @@ const PathSums& ProgressiveRenderer::path_sums() const
     return path_sums_;
 }
 
-void ProgressiveRenderer::begin(const Progress& progress)
+std::shared_ptr<const SceneSnapshot> ProgressiveRenderer::snapshot_for(int samples, const Progress& progress) const
 {
-    snapshot_ = scene_.snapshot(part_of(progress, 0.0, 0.5));
+    const std::uint64_t path_count =
+        static_cast<std::uint64_t>(centers_.pixel_count()) * static_cast<std::uint64_t>(samples);
+    return scene_.snapshot(progress, SettlingGain::of_path * path_count);
+}
+
+/// The scene may have settled indexes by now.
+void ProgressiveRenderer::continue_with(int samples, const Progress& progress)
+{
+    check_current();
+    std::shared_ptr<const SceneSnapshot> newest = snapshot_for(samples, progress);
+    check_current(); // then the newest one shows the same
+    snapshot_ = std::move(newest);
+}
+
+void ProgressiveRenderer::begin(int samples, const Progress& progress)
+{
+    snapshot_ = snapshot_for(samples, part_of(progress, 0.0, 0.5));
     prepared_ = prepared(path_tracer_, *snapshot_, projection_);
     if (layers_.any_of_centers())
         centers_ =

@@ -82,13 +82,16 @@ public:
     Image image(ColorEncoding encoding = ColorEncoding::linear) const;
 
 private:
-    void begin(const Progress& progress);
+    /// Begins with a number of samples.
+    void begin(int samples, const Progress& progress);
+    void continue_with(int samples, const Progress& progress);
+    std::shared_ptr<const SceneSnapshot> snapshot_for(int samples, const Progress& progress) const;
     void check_current() const;
     void clear_sums(bool through_centers);
     void render_tile(std::size_t tile, int samples);
 
     Scene& scene_;
-    std::shared_ptr<const SceneSnapshot> snapshot_; ///< as of the first step
+    std::shared_ptr<const SceneSnapshot> snapshot_; ///< of the scene as it was at the first step
     Camera camera_;
     Projection projection_;
     Window window_;

@@ -1,6 +1,7 @@
 #include "isospline/render/projection.h"
 #include "isospline/render/renderer.h"
 #include "isospline/render/tiles.h"
+#include "isospline/scene/settling_gain.h"
 #include "isospline/util/error.h"
 
 #include <algorithm>
@@ -54,7 +55,7 @@ void Fragments::set_hit(std::size_t place, const Hit& hit)
     primitive_ids[place] = hit.primitive_id;
 }
 
-std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> further)
+std::uint64_t settling_gain(const RenderOptions& options, std::span<const Look> further)
 {
     const glm::ivec2 size = rendered_window(options.crop, options.size).size;
     const double in_window = options.mask.empty()
@@ -70,10 +71,12 @@ std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> furt
                     to_lights += shadow_ray_count(*phong, light);
             else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading))
                 to_sky = occlusion->samples;
-            // About half of the pixels show surfaces. In units of 0.1 us, the draft takes 0.3 more for a coherent ray,
-            // 5 for one to the sky, and 50 for a ray that does not end at the first surface.
-            const double of_opaque = 0.3 * (1.0 + 0.5 * to_lights) + 5.0 * 0.5 * to_sky;
-            const double of_translucent = 50.0 * (1.0 + 0.5 * (to_lights + to_sky));
+            // About half of the pixels show surfaces. Rays through neighbouring pixels gain less than other packets,
+            // and the many rays from one point to the sky more.
+            constexpr double of_first_hit = 0.3, of_ray_to_light = 0.3, of_ray_to_sky = 20.0;
+            constexpr auto through_all = static_cast<double>(SettlingGain::of_ray_through_all);
+            const double of_opaque = of_first_hit + 0.5 * (of_ray_to_light * to_lights + of_ray_to_sky * to_sky);
+            const double of_translucent = through_all * (1.0 + 0.5 * (to_lights + to_sky));
             most = std::max(most, even_opacity(shading) == 1.0 ? of_opaque : of_translucent);
         };
         add(look.shading);
@@ -81,12 +84,13 @@ std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> furt
             add(shading);
         return most;
     };
-    double rays = of_look(options);
+    double gain = of_look(options);
     for (const Look& look : further)
-        rays += of_look(look);
+        gain += of_look(look);
+    gain = gain * options.samples + options.gain_of_further_passes;
     const double step = checked_step(options.step);
     // Numbers that are refused later may be negative.
-    return static_cast<std::uint64_t>(std::max(0.0, rays * in_window * options.samples / (step * step)));
+    return static_cast<std::uint64_t>(std::max(0.0, gain * in_window / (step * step)));
 }
 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers, ColorEncoding encoding)

@@ -48,6 +48,7 @@ struct RenderOptions : Look {
     /// Only pixels whose columns and rows in the whole picture are multiples of this are rendered.
     int step = 1;
     ShadowRays shadow_rays = ShadowRays::by_weight;
+    double gain_of_further_passes = 0.0; ///< about what settled indexes save other passes, a pixel (SettlingGain)
     bool positions_from_eye = false; ///< whether Image::position is relative to the eye: precise far from the origin
 };
 
@@ -84,9 +85,8 @@ void validate(const RenderOptions& options, bool is_part);
 /// Throws std::invalid_argument for what render_again() refuses.
 void validate_again(const RenderOptions& options, std::size_t look_count, std::span<Image* const> images);
 
-/// About the number of rays that a picture needs, for Scene::snapshot(): single rays for which a settled index pays as
-/// much. A ray in a packet counts for less than one, one through translucent surfaces for many.
-std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> further = {});
+/// About what settled indexes save a picture, for Scene::snapshot().
+std::uint64_t settling_gain(const RenderOptions& options, std::span<const Look> further = {});
 
 /// A window of an image in which all rays missed.
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers = {},

@@ -31,7 +31,7 @@ public:
 
     glm::ivec3 cell_shape() const override { return surface_->volume().cell_shape(); }
     bool fits(double rounding_error_local) const override;
-    std::uint64_t rays_until_settling() const override;
+    std::uint64_t settling_cost() const override;
     std::shared_ptr<Object> settled() const override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;

@@ -52,8 +52,8 @@ public:
     bool is_built() const { return scene_ != nullptr; }
     /// Whether the built scene is valid for rays whose single precision rounding error in local space is at most this.
     virtual bool fits(double rounding_error_local) const = 0;
-    /// The number of rays after which building settled() pays; 0 if there is nothing better.
-    virtual std::uint64_t rays_until_settling() const { return 0; }
+    /// What building settled() costs, in the units of SettlingGain; 0 if there is nothing better.
+    virtual std::uint64_t settling_cost() const { return 0; }
     /// The same object with an index that takes longer to build and is faster to trace, not built yet; or null.
     virtual std::shared_ptr<Object> settled() const { return nullptr; }
     /// This object if it traces incoherent rays in a stream of their own, which is faster than one by one; or null.

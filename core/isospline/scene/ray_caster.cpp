@@ -1,5 +1,6 @@
 #include "isospline/scene/packet_stream.h"
 #include "isospline/scene/ray_caster_impl.h"
+#include "isospline/scene/settling_gain.h"
 
 #include <bit>
 
@@ -167,7 +168,7 @@ void RayCaster::cast(std::span<const RayPacket> packets, std::size_t index, std:
     check_lanes("hit_lanes", packets, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i)
         check_packet(packets[i], width(), hits_of_packet(hits, i, width()).size());
-    impl_->ray_count += ray_count(packets);
+    impl_->settling_gain += SettlingGain::of_rays(ray_count(packets), impl_->packet_size != 0);
     if (impl_->prefers_stream(impl_->seen, impl_->sees, packets))
         return impl_->cast_stream(packets, index, hits, hit_lanes);
     for (std::size_t i = 0; i < packets.size(); ++i) {

@@ -107,7 +107,7 @@ struct RayCaster::Impl {
           complete(given_parts == Parts::all), query(scene.instances)
     {
     }
-    ~Impl() { scene.ray_count.fetch_add(ray_count, std::memory_order_relaxed); }
+    ~Impl() { scene.settling_gain.fetch_add(settling_gain, std::memory_order_relaxed); }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
@@ -196,8 +196,8 @@ struct RayCaster::Impl {
     bool SeenBy::*const sees; ///< of the rays of cast() and list()
     const Traversal seen, shadow;
     bool complete;
-    std::uint64_t ray_count = 0; ///< added to the scene's at the end, so that threads do not share a counter
-    int packet_size = 0;         ///< 0 if rays are traced one by one
+    std::uint64_t settling_gain = 0; ///< added to the scene's at the end, so that threads do not share a counter
+    int packet_size = 0;             ///< 0 if rays are traced one by one
     RayQuery query;
     PreparedPacket prepared;
     LatticeRayPacket local;              ///< in the space of the only instance

@@ -1,6 +1,7 @@
 // Shadow rays: whether they are occluded, and how much light is left.
 #include "isospline/scene/packet_stream.h"
 #include "isospline/scene/ray_caster_impl.h"
+#include "isospline/scene/settling_gain.h"
 
 #include <algorithm>
 #include <bit>
@@ -222,7 +223,7 @@ void RayCaster::test_occlusions(std::span<const RayPacket> packets, std::size_t 
     check_lanes("occluded", packets, occluded);
     for (const RayPacket& rays : packets)
         check_packet(rays, width(), RayPacket::capacity);
-    impl_->ray_count += ray_count(packets);
+    impl_->settling_gain += SettlingGain::of_rays(ray_count(packets), impl_->packet_size != 0);
     if (impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets))
         return impl_->test_stream(packets, index, occluded);
     for (std::size_t i = 0; i < packets.size(); ++i) {
@@ -257,7 +258,7 @@ void RayCaster::attenuate(std::span<const RayPacket> packets, std::size_t index,
     check_one_per_ray("transmitted", count, transmitted.size());
     if (!thresholds.empty())
         check_one_per_ray("thresholds", count, thresholds.size());
-    impl_->ray_count += count;
+    impl_->settling_gain += count * SettlingGain::of_ray_through_all;
     const std::vector<std::uint32_t>& streams = impl_->shadow.met.streams;
     const bool are_even = std::ranges::all_of(streams, [&](auto slot) { return absorption.depth(slot).has_value(); });
     const bool is_stream = are_even && impl_->prefers_stream(impl_->shadow, &SeenBy::shadow, packets, true);
@@ -278,7 +279,7 @@ void RayCaster::list(const RayPacket& rays, std::size_t index, std::vector<Cross
 {
     impl_->check_coherent();
     check_packet(rays, width(), counts.size());
-    impl_->ray_count += static_cast<unsigned int>(rays.count);
+    impl_->settling_gain += static_cast<std::uint64_t>(rays.count) * SettlingGain::of_ray_through_all;
     dispatch_packet_size(impl_->packet_size,
                          [&](auto size) { impl_->list_packet<size>(rays, index, crossings, counts, absorption); });
 }

@@ -156,7 +156,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::current() const
 Objects Scene::Impl::settle_if_it_pays(const std::shared_ptr<const SceneSnapshot>& known)
 {
     const SceneSnapshot::Impl& impl = *known->impl_;
-    if (impl.ray_count.load(std::memory_order_relaxed) < impl.rays_until_settling || impl.rays_until_settling == 0)
+    if (impl.settling_gain.load(std::memory_order_relaxed) < impl.settling_cost || impl.settling_cost == 0)
         return {};
     std::shared_ptr<Settling> of_known;
     {
@@ -189,7 +189,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
 std::shared_ptr<const SceneSnapshot> Scene::Impl::settle(const Progress& progress)
 {
     const std::shared_ptr<const SceneSnapshot> known = snapshot(part_of(progress, 0.0, 0.1));
-    if (known->impl_->rays_until_settling == 0)
+    if (known->impl_->settling_cost == 0)
         return known;
     const Objects settled = settled_objects(*known->impl_, build_options, part_of(progress, 0.1, 0.9));
     const CancellableMutex::Lock build_lock(build_mutex, progress);
@@ -281,13 +281,13 @@ void Scene::set_visibility(std::uint32_t geometry_id, SeenBy seen_by)
     impl_->entries_to_edit().at(geometry_id).seen_by = seen_by;
 }
 
-std::shared_ptr<const SceneSnapshot> Scene::snapshot(const Progress& progress, std::uint64_t rays_to_come)
+std::shared_ptr<const SceneSnapshot> Scene::snapshot(const Progress& progress, std::uint64_t settling_gain)
 {
-    if (rays_to_come == 0)
+    if (settling_gain == 0)
         return impl_->snapshot(progress);
     std::shared_ptr<const SceneSnapshot> drafted = impl_->snapshot(part_of(progress, 0.0, 0.1));
     const SceneSnapshot::Impl& impl = *drafted->impl_;
-    if (impl.rays_until_settling == 0 || impl.ray_count + rays_to_come < impl.rays_until_settling)
+    if (impl.settling_cost == 0 || impl.settling_gain + settling_gain < impl.settling_cost)
         return drafted;
     return impl_->settle(part_of(progress, 0.1, 1.0));
 }
@@ -310,7 +310,7 @@ std::shared_ptr<const SceneSnapshot> Scene::settle(const Progress& progress)
 bool Scene::is_settled() const
 {
     const std::shared_ptr<const SceneSnapshot> known = impl_->current();
-    return known && known->impl_->rays_until_settling == 0;
+    return known && known->impl_->settling_cost == 0;
 }
 
 bool Scene::is_current(const SceneSnapshot& snapshot) const

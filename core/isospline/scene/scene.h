@@ -55,8 +55,9 @@ public:
 
     /// The current state of the scene. Builds the objects that have changed since the last snapshot; cheap if none has.
     /// Throws Cancelled if the callback returns false, even while another thread builds; the next call then builds the
-    /// rest. With so many rays to come that it pays, it is that of settle().
-    std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress = {}, std::uint64_t rays_to_come = 0);
+    /// rest. If it pays for the rays to come, by what settled indexes save these (SettlingGain), it is that of
+    /// settle().
+    std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress = {}, std::uint64_t settling_gain = 0);
     /// A snapshot like snapshot(), with settled indexes: they take longer to build, and rays are faster. They are built
     /// here, unless they exist already. Without this call, they are built in the background when so many rays have been
     /// cast at one state of the scene that it pays, and later snapshots have them. Rays have the same hits in any case.

@@ -83,8 +83,9 @@ struct SceneSnapshot::Impl {
     std::vector<std::shared_ptr<const Object>> objects; ///< of the instances, each once
     bool reads_sources = false;                         ///< whether coefficients of a surface are not in memory
     std::size_t top_memory = 0;                         ///< of the instances and the top scenes
-    std::uint64_t rays_until_settling = 0;              ///< rays until settled indexes pay; 0 if all are settled
-    mutable std::atomic<std::uint64_t> ray_count = 0;   ///< rays that were cast at it
+    std::uint64_t settling_cost = 0;                    ///< of settling all indexes; 0 if they are settled
+    /// What settled indexes would have saved the rays so far, in the units of SettlingGain.
+    mutable std::atomic<std::uint64_t> settling_gain = 0;
     mutable Lazy<RayCoherence> camera_coherence, shadow_coherence;
 
     /// The coherence of rays that meet objects as SeenBy::camera or SeenBy::shadow says.

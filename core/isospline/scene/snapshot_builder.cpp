@@ -97,7 +97,7 @@ std::unique_ptr<SceneSnapshot::Impl> SnapshotBuilder::build(const Progress& prog
     make_instances();
     next_->build_count = build_count;
     for (const auto& object : next_->objects)
-        next_->rays_until_settling += object->rays_until_settling();
+        next_->settling_cost += object->settling_cost();
     return std::move(next_);
 }
 

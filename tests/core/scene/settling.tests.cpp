@@ -157,6 +157,28 @@ TEST_CASE("shadow rays do not depend on a large ground that they do not meet", "
     REQUIRE(hit.t == 10.0);
 }
 
+TEST_CASE("rays that gain more from a settled index begin it earlier", "[scene]")
+{
+    const auto volume = noise_volume(glm::ivec3(24), 2);
+    const auto surface = std::make_shared<Isosurface>(volume, 0.4);
+    // The surface crosses 3 x 3 x 3 bricks: these rays gain less than a settled index costs if they are traced in
+    // packets, and more if they are traced one by one.
+    const std::vector<Ray> rays = random_rays(*volume, 40000);
+    std::vector<Hit> hits(rays.size());
+    std::vector<std::uint8_t> occluded(rays.size());
+    for (const bool coherent : {true, false})
+        for (const bool any_hit : {true, false}) {
+            Scene scene;
+            scene.add(surface);
+            if (any_hit)
+                scene.snapshot()->test_occlusions(rays, occluded, coherent);
+            else
+                scene.snapshot()->cast_rays(rays, hits, coherent);
+            scene.snapshot({}, 1); // does not wait for the background if it pays
+            REQUIRE(scene.is_settled() == !coherent);
+        }
+}
+
 TEST_CASE("a surface without any cell settles", "[scene]")
 {
     Scene scene;

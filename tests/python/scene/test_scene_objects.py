@@ -469,3 +469,27 @@ def test_a_picture_of_many_rays_settles_first():
     assert not scene.is_settled
     isospline.render(scene, size=(16, 12), samples=1024, light="phong")
     assert scene.is_settled
+
+
+def test_a_picture_in_a_studio_settles_first():
+    field = isospline.volumes.torus()
+    scene = isospline.Scene([isospline.Isosurface(field.volume(24), field.level)])
+    isospline.render(scene, size=(8, 6))
+    assert not scene.is_settled
+    isospline.render(scene, size=(48, 36))
+    assert scene.is_settled
+
+
+def test_a_path_traced_picture_settles_first_or_between_its_steps():
+    field = isospline.volumes.torus()
+    scene, other = (isospline.Scene([isospline.Isosurface(field.volume(24), field.level)]) for _ in range(2))
+    options = {"camera": isospline.camera_for(scene), "size": (16, 12), "light": isospline.PathTracer()}
+    renderer = isospline.ProgressiveRenderer(scene, **options)
+    renderer.step(2)
+    assert not scene.is_settled
+    scene.settle()
+    renderer.step(62)
+    assert not other.is_settled
+    picture = isospline.render(other, samples=64, **options)
+    assert other.is_settled
+    np.testing.assert_array_equal(renderer.image.color, picture.color)
