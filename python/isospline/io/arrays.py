@@ -67,5 +67,5 @@ def read_raw(path, shape, dtype, offset):
             f"({ORDER})"
         )
     data = np.memmap(path, dtype, mode="r", offset=offset, shape=shape)
-    warn_of_scrambled_shape(data, ORDER)
+    warn_of_scrambled_shape(path, data.shape, dtype, offset, ORDER)
     return VolumeData(data, format=format)

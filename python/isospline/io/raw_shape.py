@@ -68,7 +68,7 @@ def suggest_raw(path, offset=0):
     for dtype in map(np.dtype, TYPES):
         if size < FEWEST * dtype.itemsize or size % dtype.itemsize:
             continue
-        likeness = _Likeness(np.memmap(path, dtype, mode="r", offset=offset, shape=size // dtype.itemsize))
+        likeness = _Likeness(path, dtype, offset, size // dtype.itemsize)
         if not likeness.is_plausible() or likeness(1) < ALIKE:
             continue
         shape = _best_shape(likeness, size // dtype.itemsize)
@@ -83,24 +83,25 @@ def _text_of(dtype):
     return dtype.str.lstrip("|")
 
 
-def warn_of_scrambled_shape(data, order):
+def warn_of_scrambled_shape(path, shape, dtype, offset, order):
     """Warn if samples [z, y, x] differ much from their neighbours along y or z, or less in another shape."""
-    likeness = _Likeness(data.reshape(-1))
-    if likeness(1) < ALIKE or min(data.shape) < LEAST:
+    count = math.prod(shape)
+    likeness = _Likeness(path, dtype, offset, count)
+    if likeness(1) < ALIKE or min(shape) < LEAST:
         return
-    _, ny, nx = data.shape
+    _, ny, nx = shape
     strides = nx, nx * ny
     is_scrambled = min(map(likeness, strides)) < UNLIKE
     if not is_scrambled and _are_peaks(likeness, strides):
         return
-    best = _best_shape(likeness, data.size)
-    given, found = (math.inf if each is None else _unlikeness(likeness, each) for each in (data.shape, best))
+    best = _best_shape(likeness, count)
+    given, found = (math.inf if each is None else _unlikeness(likeness, each) for each in (shape, best))
     is_better = found < BETTER * given - BETTER_BY
     if is_scrambled or is_better:
         meaning = f"; did you mean {best}?" if is_better else ""
         warn(
             f"shape: expected samples that are similar to their neighbours, got rows or slices that differ in shape "
-            f"{tuple(data.shape)} ({order}){meaning}"
+            f"{tuple(shape)} ({order}){meaning}"
         )
 
 
@@ -142,10 +143,11 @@ def _is_local_peak(likeness, stride, step):
 
 
 class _Likeness:
-    """The correlation of samples with those a stride after them in the file."""
+    """The correlation of samples in a file with those a stride after them."""
 
-    def __init__(self, flat):
-        self._flat, self._found = flat, {}
+    def __init__(self, path, dtype, offset, count):
+        self._path, self._dtype, self._offset, self._count = path, np.dtype(dtype), offset, count
+        self._found = {}
 
     def __call__(self, stride):
         if stride not in self._found:
@@ -155,19 +157,28 @@ class _Likeness:
     def is_plausible(self):
         """Whether some samples are finite numbers that a measurement may have, and not all the same."""
         with np.errstate(invalid="ignore"):  # of signalling NaNs
-            some = np.abs(self._flat[np.linspace(0, len(self._flat) - 1, RUNS * LENGTH).astype(np.int64)].astype(float))
+            some = np.abs(self._at(np.linspace(0, self._count - 1, RUNS * LENGTH).astype(np.int64), 1))
         return bool(((some == 0) | ((some > TINY) & (some < HUGE))).all()) and np.ptp(some) > 0
 
     def _correlation(self, stride):
-        count = len(self._flat) - stride - LENGTH
+        count = self._count - stride - LENGTH
         if count < 1:
             return 1.0
         first = np.unique(np.linspace(0, count - 1, RUNS).astype(np.int64) + np.arange(RUNS) * 37 % 101)
-        places = np.minimum(first, count - 1)[:, None] + np.arange(LENGTH)
-        here, there = self._flat[places].astype(float).ravel(), self._flat[places + stride].astype(float).ravel()
+        first = np.minimum(first, count - 1)
+        here, there = self._at(first, LENGTH), self._at(first + stride, LENGTH)
         if not (np.isfinite(here).all() and np.isfinite(there).all()):
             return 1.0
         deviation = here.std() * there.std()
         if not (math.isfinite(deviation) and deviation > 0):
             return 1.0
         return float(((here - here.mean()) * (there - there.mean())).mean() / deviation)
+
+    def _at(self, first, length):
+        """Runs of samples, one after the other. They are read, because mapped pages count as memory of the process."""
+        size, found = length * self._dtype.itemsize, bytearray()
+        with open(self._path, "rb", buffering=0) as file:
+            for place in (self._offset + first * self._dtype.itemsize).tolist():
+                file.seek(place)
+                found += file.read(size)
+        return np.frombuffer(found, self._dtype).astype(float)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from ..base.mistakes import sentence
 from ..base.parameters import check_path, check_plain, printable
 from ..base.signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
@@ -293,9 +294,14 @@ def _reader(path, shape, dtype, offset, options):
     return format, lambda path: read(path, **{option: options[option] for option in accepted})
 
 
-def _numbers(values, parameter, shape):
-    """Finite numbers: an array, or a tuple of three."""
-    array = np.array(values, dtype=float)
+def _numbers(values, parameter, shape, *, or_one=False):
+    """Finite numbers: an array, or a tuple of three, which may be given as one number."""
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise type(error)(sentence(parameter, f"finite numbers of shape {shape}", values)) from error
+    if or_one and array.ndim == 0:
+        array = np.full(shape, array)
     if array.shape != shape or not np.isfinite(array).all():
         raise ValueError(f"{parameter}: expected finite numbers of shape {shape}, got {array.tolist()}")
     return array if len(shape) > 1 else tuple(array.tolist())
@@ -303,7 +309,7 @@ def _numbers(values, parameter, shape):
 
 def _spacing(values):
     """One number for all axes, or one each."""
-    return _numbers(np.full(3, values) if np.ndim(values) == 0 else values, "spacing", (3,))
+    return _numbers(values, "spacing", (3,), or_one=True)
 
 
 def _positive(values, parameter):

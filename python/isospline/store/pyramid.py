@@ -140,9 +140,12 @@ class SampleShard:
         for axis in range(3):
             values = ndimage.correlate1d(values, (*weights[:0:-1], *weights), axis)
         values = cut(values, box, grown) + np.float64(self.offset)
+        least, greatest = self.minimum, self.maximum
         if target.dtype.kind in "iub":
             values = np.rint(values)
-        write_shard(self.root, self.samples_key, index, values.clip(self.minimum, self.maximum).astype(target.dtype))
+            beyond = float(np.iinfo(target.dtype).max) + 1  # float64 would round the largest number of 64 bits to it
+            greatest = min(greatest, float(np.nextafter(beyond, 0)))
+        write_shard(self.root, self.samples_key, index, values.clip(least, greatest).astype(target.dtype))
 
 
 def reduction_memory(shard: Any, degree: int) -> int:

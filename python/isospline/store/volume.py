@@ -69,7 +69,7 @@ def open_volume(
     check_within(path, within, "a path")
     metadata = read_metadata(path)
     last = len(metadata.scales) - 1
-    if scale not in range(last + 1):
+    if not isinstance(scale, (int, np.integer)) or scale not in range(last + 1):
         raise ValueError(f"scale: expected 0 to {last}, got {scale!r}")
     return open_level(metadata, metadata.scales[scale], memory_limit)
 

@@ -143,7 +143,7 @@ def test_scales(store):
     points = np.random.default_rng(3).uniform(-0.7, 0.7, (200, 3))
     assert np.abs(coarse.sample(points) - fine.sample(points)).max() < 0.05 * (fine.maximum - fine.minimum)
     levels = len(isospline.store.read_metadata(store).scales)
-    for wrong in (-1, levels, 0.5):
+    for wrong in (-1, levels, 0.5, 1.0, [0, 1], np.array([0, 1])):
         with pytest.raises(ValueError, match=f"scale: expected 0 to {levels - 1}"):
             isospline.open_volume(store, scale=wrong)
 

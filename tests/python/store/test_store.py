@@ -116,3 +116,10 @@ def test_store_reads_back(degree, boundary, tmp_path):
             child = (x % 2) + 2 * (y % 2) + 4 * (z % 2)
             assert ranges[z // 2, y // 2, x // 2, 0, child] == brick.min()
             assert ranges[z // 2, y // 2, x // 2, 1, child] == brick.max()
+
+
+@pytest.mark.parametrize("name", ["spacing", "origin", "direction"])
+@pytest.mark.parametrize("value", ["wide", [1, 2, "x"], [[1, 2], [3]], [1j, 2, 3]])
+def test_a_place_that_is_no_numbers_is_named(name, value, tmp_path):
+    with pytest.raises((TypeError, ValueError), match=rf"^{name}: expected finite numbers of shape \(3, ?3?\), got "):
+        isospline.convert(np.zeros((8, 8, 8)), tmp_path / "a.zarr", **{name: value})

@@ -49,6 +49,16 @@ def test_other_readers_get_the_samples(tmp_path, dtype, degree, boundary):
     assert np.abs(coarse[:].astype(float) - expected.clip(data.min(), data.max())).max() <= tolerance
 
 
+@pytest.mark.parametrize("dtype", ["i8", "u8"])
+def test_coarse_samples_of_64_bits_do_not_overflow(tmp_path, dtype):
+    whole = np.iinfo(dtype)
+    data = np.array([whole.min, whole.max], dtype)[np.indices((96, 9, 9))[0] // 48]
+    group = zarr.open_group(isospline.convert(data, tmp_path / "a.zarr"), mode="r")
+    np.testing.assert_array_equal(group["0"][:], data)
+    coarse = group["1"][:]
+    assert (coarse[:20] < whole.min + whole.max // 50).all() and (coarse[28:] > whole.max - whole.max // 50).all()
+
+
 def test_a_store_is_a_source_of_its_samples(tmp_path):
     data = samples("i2")
     place = dict(spacing=(1, 2, 3), origin=(4, 5, 6), direction=[(0.8, -0.6, 0), (0.6, 0.8, 0), (0, 0, 1)])
