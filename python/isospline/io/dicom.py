@@ -123,7 +123,9 @@ def _frames_of_series(folder, name):
     if not series:
         raise ValueError("expected a folder that holds a DICOM series or TIFF slices, got one without any")
     if name is None and len(series) > 1:
-        raise ValueError(f"expected one series, or its UID as name, got {len(series)}: {', '.join(sorted(series))}")
+        counts = {uid: len(frames) for uid, frames in sorted(series.items())}
+        found = ", ".join(f"{uid} ({count} image{'s' if count > 1 else ''})" for uid, count in counts.items())
+        raise ValueError(f"expected one series, or its UID as name, got {len(series)}: {found}")
     if name is not None and name not in series:
         raise ValueError(f"expected name to be the UID of a series, {', '.join(sorted(series))}, got {name}")
     return series[name or next(iter(series))]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.units import PICOMETRES
 from . import isolated, itk
 from .checks import check_file, utf8
 from .confinement import check_within
@@ -49,7 +50,7 @@ def read(path, load=read_samples, *, within=None):
         check_file(part)
     if not _is_true(header, "BinaryData", default=True):
         image = isolated.call("isospline.io.itk:load_image", Path(path), "SimpleITK", image_io="MetaImageIO")
-        return VolumeData(**image).replace(patient=_is_patient(header))
+        return VolumeData(**image).replace(patient=_is_patient(header), unit=_unit(header))
 
     about = itk.read_header(path, "MetaImageIO", mapped=load is not read_samples)
     dtype = np.dtype(about.dtype)
@@ -61,7 +62,7 @@ def read(path, load=read_samples, *, within=None):
         expected = math.prod(shape) * dtype.itemsize // len(parts)
         parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
     data = load([(part, at, 0) for part, at in parts], shape, dtype, compression)
-    return about.to_volume_data(data).replace(patient=_is_patient(header))
+    return about.to_volume_data(data).replace(patient=_is_patient(header), unit=_unit(header))
 
 
 def sample_files(path):
@@ -73,6 +74,12 @@ def _is_patient(header):
     """Whether the header names anatomical directions of the axes, such as RAI; ??? means none."""
     letters = header.get("AnatomicalOrientation", "").upper()
     return len(letters) == 3 and all(sum(each in letters for each in pair) == 1 for pair in ("RL", "AP", "SI"))
+
+
+def _unit(header):
+    """The unit of lengths; empty if it is ?, none or not known."""
+    unit = header.get("DistanceUnits", "")
+    return unit if unit in PICOMETRES else ""
 
 
 def _read_header(path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import math
+import numbers
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..base.mistakes import sentence
-from ..base.parameters import check_path, check_plain, printable
+from ..base.parameters import check_path, check_plain, number, printable
 from ..base.signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
@@ -193,7 +194,7 @@ def errors_name(path: str | os.PathLike[str], format: str, extra: str = "io") ->
 
 def check_nan(nan: float | None) -> None:
     """Check a number in place of NaN; None leaves them."""
-    if nan is not None and not math.isfinite(nan):
+    if nan is not None and not math.isfinite(number(nan, "nan")):
         raise ValueError(f"nan: expected a finite number in place of NaN, got {nan}")
 
 
@@ -294,14 +295,12 @@ def _reader(path, shape, dtype, offset, options):
     return format, lambda path: read(path, **{option: options[option] for option in accepted})
 
 
-def _numbers(values, parameter, shape, *, or_one=False):
-    """Finite numbers: an array, or a tuple of three, which may be given as one number."""
+def _numbers(values, parameter, shape):
+    """Finite numbers: an array, or a tuple of three."""
     try:
         array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise type(error)(sentence(parameter, f"finite numbers of shape {shape}", values)) from error
-    if or_one and array.ndim == 0:
-        array = np.full(shape, array)
+    except (TypeError, ValueError):
+        raise TypeError(sentence(parameter, f"finite numbers of shape {shape}", values)) from None
     if array.shape != shape or not np.isfinite(array).all():
         raise ValueError(f"{parameter}: expected finite numbers of shape {shape}, got {array.tolist()}")
     return array if len(shape) > 1 else tuple(array.tolist())
@@ -309,7 +308,8 @@ def _numbers(values, parameter, shape, *, or_one=False):
 
 def _spacing(values):
     """One number for all axes, or one each."""
-    return _numbers(values, "spacing", (3,), or_one=True)
+    is_one = isinstance(values, numbers.Real) or getattr(values, "ndim", None) == 0
+    return _numbers((values,) * 3 if is_one else values, "spacing", (3,))
 
 
 def _positive(values, parameter):

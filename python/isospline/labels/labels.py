@@ -18,7 +18,7 @@ from ..scene import Isosurface, Scene
 from . import files
 from .comparison import compare
 from .measures import measure
-from .segments import Segment, as_labels, find, find_all, renamed, segments_of, whole_numbers
+from .segments import Segment, as_labels, find, find_all, renamed, segments_of, warn_of_left_out, whole_numbers
 from .surfaces import SMOOTHING, check_smoothing, surface_of
 
 Label = int | str
@@ -96,7 +96,7 @@ class Labels:
 
         Names and colours are those of the file: of the segments in a ``.seg.nrrd`` of 3D Slicer, also of overlapping
         ones in several layers, of those in a DICOM segmentation, and of the table of labels in a NIfTI file of
-        TotalSegmentator.
+        TotalSegmentator. Voxels with numbers that no segment of the file has raise a warning, and are left out.
 
         Parameters
         ----------
@@ -133,6 +133,7 @@ class Labels:
         counts = [dict(zip(*map(np.ndarray.tolist, np.unique(each, return_counts=True)))) for each in self._layers]
         if isinstance(told, list) and told:
             segments = [each for each in told if each.layer < len(counts) and each.value in counts[each.layer]]
+            warn_of_left_out(told, counts, self._background)
         else:
             segments = segments_of([value for value in counts[0] if value != background], dict(told))
         self._segments = renamed(segments, names, colors)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.foreign import close_name
 from ..base.mistakes import refuse_images, sentence
 from ..base.parameters import check_plain
+from ..base.system import warn
 from ..colors import linear_to_srgb
 from ..io import VolumeData
 from ..looks import Material
@@ -63,6 +64,21 @@ def segments_of(values: list[int], told: dict[int, Given]) -> list[Segment]:
         color = categorical_color(place) if color is None else color
         segments.append(Segment(value, name or f"label {value}", color, value))
     return segments
+
+
+def warn_of_left_out(segments: list[Segment], counts: list[dict[int, int]], background: int) -> None:
+    """Warn of voxels with numbers that no segment of a file has; `counts` has the voxels of each number by layer."""
+    known = {(each.layer, each.value) for each in segments}
+    left_out = [
+        (value, count)
+        for layer, values in enumerate(counts)
+        for value, count in values.items()
+        if value not in (0, background) and (layer, value) not in known
+    ]
+    if left_out:
+        numbers = ", ".join(str(value) for value, _ in left_out[:12]) + (", ..." if len(left_out) > 12 else "")
+        voxels = sum(count for _, count in left_out)
+        warn(f"the file describes no segment with the number {numbers}: {voxels} voxels are left out")
 
 
 def renamed(segments: list[Segment], names: Any, colors: Any) -> tuple[Segment, ...]:

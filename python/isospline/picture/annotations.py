@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import unicodedata
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
@@ -147,8 +149,18 @@ def _title(rule, unit):
     return rule.label or "value"
 
 
-# What stands for characters that Pillow's font lacks.
-_PLAIN = str.maketrans({"−": "-", "²": "^2", "³": "^3", "µ": "u", "μ": "u"})
+# What stands for characters that Pillow's font lacks, besides letters with accents.
+_PLAIN = str.maketrans(
+    {"−": "-", "²": "^2", "³": "^3", "µ": "u", "μ": "u", "ß": "ss", "ẞ": "SS"}
+    | {"æ": "ae", "Æ": "AE", "œ": "oe", "Œ": "OE", "ø": "o", "Ø": "O", "ł": "l", "Ł": "L", "đ": "d", "Đ": "D"}
+)
+_ANGSTROM = re.compile(r"(?<!\w)[Å\N{ANGSTROM SIGN}](?!\w)")
+
+
+def plain(text: str) -> str:
+    """A text without characters that Pillow's font lacks, where others can stand for them: its letters are ASCII."""
+    letters = unicodedata.normalize("NFD", _ANGSTROM.sub("angstrom", text).translate(_PLAIN))
+    return "".join(each for each in letters if not unicodedata.combining(each))
 
 
 def font_for(size):
@@ -160,7 +172,7 @@ def font_for(size):
 
 def text_width(font: Any, text: str) -> float:
     """The length of a text in pixels."""
-    return float(font.getlength(text.translate(_PLAIN)))
+    return float(font.getlength(plain(text)))
 
 
 def line_height(font: Any) -> float:
@@ -250,7 +262,7 @@ class Drawing:
 
     def text(self, x, y, text, anchor):
         """Draw text; `anchor` is Pillow's name of the point of the text at (x, y)."""
-        self._draw.text((x, y), text.translate(_PLAIN), fill=255, font=self._font, anchor=anchor)
+        self._draw.text((x, y), plain(text), fill=255, font=self._font, anchor=anchor)
 
     def bar(self, left, right, top, bottom):
         """Draw a rectangle; pixels that it covers in part get that part."""

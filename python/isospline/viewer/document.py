@@ -362,7 +362,12 @@ def read_source(path, *, progress=None, read_options=None, model_options=None, w
         if within is not None:
             raise ValueError(f"{name}: expected a file, got a store, which is opened by name")
         return store
-    return mesh if path.lower().endswith(MESH_SUFFIXES) else volume
+    return mesh if is_mesh(path) else volume
+
+
+def is_mesh(path):
+    """Whether a file is read as a mesh."""
+    return path.lower().endswith(MESH_SUFFIXES) and not is_store(path)
 
 
 def source_of(item):

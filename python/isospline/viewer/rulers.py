@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from ..colors import named_color
-from ..picture.annotations import Box, blend, font_for, line_height, overlap, text_width
+from ..picture.annotations import Box, blend, font_for, line_height, overlap, plain, text_width
 
 _COLOR, _INK, _RIM = map(named_color, ("#c8553d", "#1f2933", "white"))
 # The most pixels that are drawn at once.
@@ -109,7 +109,7 @@ class _Sheet:
         for stroke, color in ((2, _RIM), (0, _INK)):
             sheet = Pillow.new("L", (wide, high))
             draw = ImageDraw.Draw(sheet)
-            draw.text((2, high / 2), text, fill=255, font=self._font, anchor="lm", stroke_width=stroke)
+            draw.text((2, high / 2), plain(text), fill=255, font=self._font, anchor="lm", stroke_width=stroke)
             mask = np.asarray(sheet) / 255
             mask = mask[max(0, -top) : height - top, max(0, -left) : width - left]
             if mask.size:

@@ -10,8 +10,8 @@ from typing import Any
 from ..base.parameters import check_path
 from ..base.system import whole_file
 from .checked import Checked, field, options, record, records, text
-from .document import read_source
-from .state import ViewState
+from .document import is_mesh, read_source
+from .state import COLOR_RULES, ViewState
 
 #: The value of a session's first field. Sessions 1 had `shading` for `light`.
 FORMAT = "isospline session 2"
@@ -64,11 +64,24 @@ class Session(Checked):
         if not isinstance(data, dict) or data.get("format") != FORMAT:
             raise ValueError(f"{name}: expected a session of isospline with the format {FORMAT!r}")
         session = cls.from_json(data, name)
-        keys = {source.key for source in session.sources}
-        for each in session.state.objects:
+        session._check_keys(name)
+        return session
+
+    def _check_keys(self, name):
+        """Check that each source has a key of its own, and that the state names no others."""
+        keys: set[str] = set()
+        for source in self.sources:
+            if source.key in keys:
+                raise ValueError(f"{name}: expected a key of its own for each source, got {source.key!r} of several")
+            keys.add(source.key)
+        for each in self.state.objects:
             if each.source not in keys:
                 raise ValueError(f"{name}: expected a source for each object, got none for {each.source!r}")
-        return session
+            if each.color_by not in (*COLOR_RULES, *keys):
+                expected = f"color_by: expected one of {', '.join(COLOR_RULES)} or the key of a source"
+                raise ValueError(f"{name}: {expected}, got {each.color_by!r}")
+        if self.state.slices.volume not in (None, *keys):
+            raise ValueError(f"{name}: slices: expected the key of a source, got {self.state.slices.volume!r}")
 
 
 def sources_of(document, state):
@@ -118,7 +131,7 @@ def write_session(path, session):
 def read_session(path):
     """Read a session; paths in it become absolute."""
     check_path(path)
-    with open(path, encoding="utf-8", errors="surrogateescape") as file:
+    with open(path, encoding="utf-8-sig", errors="surrogateescape") as file:
         session = Session.from_text(file.read(), os.fspath(path))
     folder = os.path.dirname(os.path.abspath(os.fspath(path)))
     sources = tuple(source.replace(path=os.path.join(folder, source.path)) for source in session.sources)
@@ -143,13 +156,31 @@ def open_session(document, session, progress=None, folder=None, uploaded=False):
     Raises
     ------
     ValueError
-        Before anything is read, if an uploaded session names another file.
+        Before anything is read, if an uploaded session names another file, and for a volume without a level, a mesh
+        with one, and a mesh in the place of a volume.
     """
+    _check_kinds(session)
     found = [_source(document, source, progress, folder, uploaded) for source in session.sources]
     keys = {
         source.key: (document.add(each) if callable(each) else each).key for source, each in zip(session.sources, found)
     }
     return session.state.with_keys(keys)
+
+
+def _check_kinds(session):
+    """Check that isosurfaces are of volumes, and that values on surfaces and slices are."""
+    paths = {source.key: source.path for source in session.sources}
+    for each in session.state.objects:
+        path = paths[each.source]
+        if is_mesh(path) and each.level is not None:
+            raise ValueError(f"level: expected null, as {path} is a mesh, got {each.level:g}")
+        if not is_mesh(path) and each.level is None:
+            raise ValueError(f"level: expected a number, as {path} is a volume, got null")
+    state = session.state
+    values = [("color_by", each.color_by) for each in state.objects] + [("slices", state.slices.volume)]
+    for name, key in values:
+        if key in paths and is_mesh(paths[key]):
+            raise ValueError(f"{name}: expected the key of a volume, got {key!r} of the mesh {paths[key]}")
 
 
 def _source(document, source, progress, folder, uploaded):

@@ -163,6 +163,14 @@ class ViewState(Checked):
     camera: CameraState | None = field(optional(record(CameraState)), None)
     measurements: tuple[Measurement, ...] = field(records(Measurement), ())
 
+    def __post_init__(self):
+        super().__post_init__()
+        ids = set()
+        for each in self.objects:
+            if each.id in ids:
+                raise ValueError(f"id: expected one of its own for each object, got {each.id} of several")
+            ids.add(each.id)
+
     def object(self, id):
         """The object with an id."""
         for each in self.objects:

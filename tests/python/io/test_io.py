@@ -189,6 +189,8 @@ def test_dicom_series_is_chosen_by_name(tmp_path, data):
     write_slices(tmp_path / "series", data[::-1], uid="1.2.9")
     with pytest.raises(ValueError, match=r"expected one series, or its UID as name, got 2: 1\.2\.[39]"):
         read_volume(tmp_path / "series")
+    with pytest.raises(ValueError, match=rf"1\.2\.9 \({len(data)} images\)$"):
+        read_volume(tmp_path / "series")
     np.testing.assert_array_equal(read_volume(tmp_path / "series", name="1.2.9").data, data[::-1] * 2 - 1000)
     with pytest.raises(ValueError, match="UID of a series"):
         read_volume(tmp_path / "series", name="7")
@@ -795,6 +797,22 @@ def test_places_that_make_no_sense_are_refused(tmp_path, data):
     ):
         with pytest.raises(ValueError, match=f"^{next(iter(options))}: expected"):
             read_volume(tmp_path / "a.npy", **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "got"),
+    [
+        ({"spacing": "1,1,1"}, r"finite numbers of shape \(3,\), got '1,1,1'"),
+        ({"spacing": 1j}, r"finite numbers of shape \(3,\), got 1j"),
+        ({"origin": [0, "a", 2]}, r"finite numbers of shape \(3,\), got \[0, 'a', 2\]"),
+        ({"direction": [[1], [1, 2]]}, r"finite numbers of shape \(3, 3\), got list of 2 list"),
+        ({"nan": "0"}, "a number, got '0'"),
+    ],
+)
+def test_places_that_are_no_numbers_are_refused(tmp_path, data, options, got):
+    np.save(tmp_path / "a.npy", data)
+    with pytest.raises(TypeError, match=f"^{next(iter(options))}: expected {got}"):
+        read_volume(tmp_path / "a.npy", **options)
 
 
 def test_reading_does_not_import_the_libraries_of_other_formats(tmp_path, data):

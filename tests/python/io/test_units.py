@@ -78,6 +78,19 @@ def test_units_of_nrrd_and_dicom(tmp_path):
     assert about(read_volume(tmp_path / "series").to_volume()) == ("mm", True)
 
 
+@pytest.mark.parametrize("binary", [True, False])
+@pytest.mark.parametrize("name, unit", [("um", "um"), ("cm", "cm"), ("?", "mm")])
+def test_units_of_metaimage(tmp_path, name, unit, binary):
+    pytest.importorskip("SimpleITK")
+    header = f"NDims = 3\nDimSize = 8 7 6\nElementType = MET_SHORT\nDistanceUnits = {name}\nBinaryData = {binary}\n"
+    samples = DATA.tobytes() if binary else ("\n".join(map(str, DATA.ravel().tolist())) + "\n").encode()
+    for orientation in ("AnatomicalOrientation = RAI\n", ""):
+        content = f"ObjectType = Image\n{header}{orientation}ElementDataFile = LOCAL\n".encode()
+        (tmp_path / "a.mha").write_bytes(content + samples)
+        volume = read_volume(tmp_path / "a.mha").to_volume()
+        assert about(volume) == (unit if orientation or name != "?" else "", bool(orientation))
+
+
 def test_a_store_keeps_the_patient(tmp_path):
     pytest.importorskip("zarr")
     data = VolumeData(isospline.volumes.torus().values(40), patient=True)

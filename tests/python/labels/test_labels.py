@@ -224,6 +224,17 @@ def test_segmentation_of_slicer(tmp_path):
     np.testing.assert_array_equal(isospline.read_volume(tmp_path / "a.seg.nrrd").data, data)
 
 
+def test_labels_without_a_segment_in_the_file_raise_a_warning(tmp_path):
+    nrrd = pytest.importorskip("nrrd")
+    data = two_halves()
+    nrrd.write(str(tmp_path / "a.seg.nrrd"), data.T, header_of_slicer([("Milz", "1 0 0", 1, 0)]))
+    count = np.count_nonzero(data == 5)
+    told = f"^the file describes no segment with the number 5: {count} voxels are left out$"
+    with pytest.warns(UserWarning, match=told):
+        assert Labels.read(tmp_path / "a.seg.nrrd").numbers == (1,)
+    assert Labels.read(tmp_path / "a.seg.nrrd", background=5).numbers == (1,)
+
+
 def test_overlapping_segments_of_slicer(tmp_path):
     nrrd = pytest.importorskip("nrrd")
     layers = np.zeros((2, 24, 24, 24), np.uint8)

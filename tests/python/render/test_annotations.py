@@ -10,6 +10,8 @@ from isospline.base.values import part
 from isospline.colors import linear_to_srgb
 from isospline.picture.annotations import font_for, labels_of, ticks
 from isospline.picture.cameras import camera_beside, cameras_around
+from isospline.viewer.measurements import MeasuredPoint, Measurement
+from isospline.viewer.rulers import draw_measurements
 
 SIZE = (320, 240)
 RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))
@@ -236,6 +238,21 @@ def test_marks_on_a_transparent_picture_are_readable_on_black_and_on_white():
         over = picture[..., :3] + (1 - picture[..., 3:]) * background
         names = over[5:20, 18:45]  # beside the swatch
         assert names.min() < 0.1 and names.max() > 0.9, background
+
+
+def test_names_units_and_measurements_have_letters_that_the_font_has(monkeypatch):
+    drawn, draw = [], ImageDraw.ImageDraw.text
+    monkeypatch.setattr(
+        ImageDraw.ImageDraw, "text", lambda *args, **options: (drawn.append(args[2]), draw(*args, **options))
+    )
+    volume = isospline.volumes.sphere().volume(12, unit="Å")
+    surface = isospline.Isosurface(volume, 0.0, name="Gefäß, œsophage, Łąka")
+    camera = isospline.camera_for(surface)
+    image = isospline.render(surface, camera, size=(320, 240), annotate=("scale_bar",), legend=True)
+    assert drawn[0] == "Gefass, oesophage, Laka" and drawn[1].endswith(" angstrom")
+    points = tuple(MeasuredPoint(0, (0.0, 0.0, z), (0.0, 0.0, 1.0)) for z in (-0.5, 0.5))
+    draw_measurements(image, (Measurement(1, "distance", points),), camera, "µm")
+    assert drawn[-1] == "1: 1 um"
 
 
 def test_pictures_without_marks_load_no_font(monkeypatch):

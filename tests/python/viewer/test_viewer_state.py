@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 
 import numpy as np
 import pytest
@@ -224,6 +225,8 @@ def test_sessions_need_objects_from_files():
         ({"clip": {"kind": "plane", "normal": [0, 1]}}, r"normal: expected 3 numbers, got \[0, 1\]"),
         ({"lens": 1}, "session.json.*: expected one of .*, got 'lens'|state: expected one of .*, got 'lens'"),
         ({"camera": {"eye": [0, 0, 0]}}, "camera: expected target, got eye"),
+        ({"objects": [{"id": 3, "source": "a"}] * 2}, "id: expected one of its own for each object, got 3 of several"),
+        ({"slices": {"volume": "a"}}, "slices: expected the key of a source, got 'a'"),
     ],
 )
 def test_a_wrong_session_is_one_clear_error(tmp_path, changes, message, capsys):
@@ -233,6 +236,34 @@ def test_a_wrong_session_is_one_clear_error(tmp_path, changes, message, capsys):
         read_session(path)
     assert main(["render", "--session", str(path), "-o", str(tmp_path / "a.png")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"level": None}, "level: expected a number, as .*ball.npy is a volume, got null"),
+        ({"source": "mesh"}, "level: expected null, as .*one.off is a mesh, got 50"),
+        ({"color_by": "curvedness"}, "a.json: color_by: expected one of color, .* or the key of .*, got 'curvedness'"),
+        ({"color_by": "mesh"}, "color_by: expected the key of a volume, got 'mesh' of the mesh .*one.off"),
+    ],
+)
+def test_objects_of_a_session_that_was_changed_by_hand_fit_its_files(folder, changes, message, capsys):
+    sources = [{"key": "ball", "path": "ball.npy"}, {"key": "mesh", "path": "one.off"}]
+    state = {"objects": [{"id": 0, "source": "ball", "level": 50, **changes}], "camera": CAMERA.to_json()}
+    session = {"format": "isospline session 2", "sources": sources, "state": state}
+    (folder / "a.json").write_text(json.dumps(session), encoding="utf-8")
+    assert main(["render", "--session", str(folder / "a.json"), "-o", str(folder / "a.png")]) == 2
+    assert re.search(message, capsys.readouterr().err)
+    twice = {**session, "sources": [sources[0]] * 2, "state": {}}
+    (folder / "a.json").write_text(json.dumps(twice), encoding="utf-8")
+    with pytest.raises(ValueError, match="expected a key of its own for each source, got 'ball' of several"):
+        read_session(folder / "a.json")
+
+
+def test_a_session_may_begin_with_the_mark_of_utf_8(tmp_path):
+    text = json.dumps({"format": "isospline session 2", "state": {"light": "phong"}})
+    (tmp_path / "a.json").write_text(text, encoding="utf-8-sig")
+    assert read_session(tmp_path / "a.json").state.light == "phong"
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"format": "isospline session 99"}', "\x00", "[" * 10000])
