@@ -140,14 +140,14 @@ def check_plain(value: Any, parameter: str) -> None:
         )
 
 
-def check_path(path: Any) -> None:
+def check_path(path: Any, parameter: str = "path") -> None:
     """Check the type of a path that a user gives, and that it is not empty."""
     if not isinstance(path, (str, os.PathLike)) or not isinstance(os.fspath(path), str):
-        raise TypeError(sentence("path", "a str or path-like", path))
+        raise TypeError(sentence(parameter, "a str or path-like", path))
     if not os.fspath(path):  # which pathlib takes for the current folder
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "")
     if "\0" in os.fspath(path):
-        raise ValueError(f"path: expected a name without null characters, got {printable(path)!r}")
+        raise ValueError(f"{parameter}: expected a name without null characters, got {printable(path)!r}")
 
 
 def printable(path: str | os.PathLike[str]) -> str:

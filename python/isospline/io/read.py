@@ -7,6 +7,7 @@ import errno
 import math
 import numbers
 import os
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..base.mistakes import sentence
-from ..base.parameters import check_path, check_plain, number, printable
+from ..base.parameters import check_count, check_path, check_plain, number, printable
 from ..base.signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
@@ -150,10 +151,13 @@ def read_volume(
     given = check_frame(spacing, origin, direction)
     check_nan(nan)
     shape = None if shape is None else arrays.check_shape(shape)
+    check_count(offset, "offset", sys.maxsize, 0)
     check_path(path)
+    if within is not None:
+        check_path(within, "within")
     path = Path(path)
     check_within(path, within, "a path")
-    format, read = _reader(path, shape, dtype, offset, {"name": name, "within": within})
+    format, read = _reader(path, shape, dtype, int(offset), {"name": name, "within": within})
     with errors_name(path, format):
         with spacing_given(spacing):
             volume = read(path)

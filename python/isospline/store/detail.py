@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..base.handed import handed
-from ..base.parameters import check_type
+from ..base.mistakes import sentence
+from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
 from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
 from ..scene import Volume
@@ -56,20 +57,24 @@ def scale_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: 
     Raises
     ------
     TypeError
-        For what is not a camera.
+        For what is not a camera, and for a size that is not two numbers.
     OSError, ValueError
-        For a folder that is not a complete store, as `open_volume` does.
+        For a folder that is not a complete store, as `open_volume` does, and for a size below 1.
     """
     check_type(camera, "camera", _CAMERAS, "a camera of isospline")
+    if np.shape(size) != (2,):
+        raise TypeError(sentence("size", "width and height", size))
+    for pixels in size:
+        check_count(pixels, "size")
     metadata = store if isinstance(store, StoreMetadata) else read_metadata(store)
     try:
         to_image = camera.world_to_ndc(size)
     except (AttributeError, ValueError):  # a panoramic camera, or one with distortion
         return 0
-    pixels = _pixels_per_voxel(metadata.scales[0], to_image, np.array(size))
-    if not pixels < 1:
+    ratio = _pixels_per_voxel(metadata.scales[0], to_image, np.array(size))
+    if not ratio < 1:
         return 0
-    return min(int(-math.log2(max(pixels, 1e-12))), len(metadata.scales) - 1)
+    return min(int(-math.log2(max(ratio, 1e-12))), len(metadata.scales) - 1)
 
 
 def _pixels_per_voxel(level: ScaleMetadata, to_image: Any, size: Any) -> float:

@@ -807,6 +807,8 @@ def test_places_that_make_no_sense_are_refused(tmp_path, data):
         ({"origin": [0, "a", 2]}, r"finite numbers of shape \(3,\), got \[0, 'a', 2\]"),
         ({"direction": [[1], [1, 2]]}, r"finite numbers of shape \(3, 3\), got list of 2 list"),
         ({"nan": "0"}, "a number, got '0'"),
+        ({"offset": "3"}, "a whole number, got '3'"),
+        ({"within": 5}, "a str or path-like, got 5"),
     ],
 )
 def test_places_that_are_no_numbers_are_refused(tmp_path, data, options, got):

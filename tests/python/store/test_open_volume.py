@@ -161,6 +161,15 @@ def test_the_scale_follows_the_size_of_a_pixel(store):
     assert isospline.scale_for(store, near, (4000, 3000)) <= isospline.scale_for(store, near, SIZE)
 
 
+def test_the_size_of_a_picture_has_pixels(store):
+    camera = isospline.PerspectiveCamera((0, -30, 0), (0, 0, 0))
+    with pytest.raises(ValueError, match="^size: expected a whole number of at least 1, got 0$"):
+        isospline.scale_for(store, camera, (0, 3))
+    for wrong in (64, (64, 48, 3), None):
+        with pytest.raises(TypeError, match="^size: expected width and height, got "):
+            isospline.scale_for(store, camera, wrong)
+
+
 def shards_of(folder):
     return sorted(path for path in (folder / "coefficients" / "0" / "c").rglob("*") if path.is_file())
 
