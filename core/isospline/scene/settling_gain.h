@@ -12,7 +12,7 @@ struct SettlingGain {
     /// Of rays that do not end at the first surface.
     static constexpr std::uint64_t of_ray_through_all = 60;
     /// Of a path tracer's paths.
-    static constexpr std::uint64_t of_path = 6;
+    static constexpr std::uint64_t of_path = 2;
 
     /// That of rays that end at the first surface.
     static constexpr std::uint64_t of_rays(std::uint64_t count, bool in_packets)

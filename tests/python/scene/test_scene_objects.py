@@ -488,8 +488,8 @@ def test_a_path_traced_picture_settles_first_or_between_its_steps():
     renderer.step(2)
     assert not scene.is_settled
     scene.settle()
-    renderer.step(62)
+    renderer.step(254)
     assert not other.is_settled
-    picture = isospline.render(other, samples=64, **options)
+    picture = isospline.render(other, samples=256, **options)
     assert other.is_settled
     np.testing.assert_array_equal(renderer.image.color, picture.color)
