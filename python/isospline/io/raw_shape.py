@@ -32,6 +32,8 @@ FEWEST = 1000
 TYPES = ("u1", "<u2", "<i2", ">u2", ">i2", "<f4", ">f4", "<f8")
 # Floating-point numbers that are not between these, or zero, are bits of another type.
 TINY, HUGE = 1e-30, 1e30
+# The largest number of bytes that are kept in memory.
+MOST_KEPT = 1 << 24
 # The largest sum of 1 - correlation along x, y and z for which a shape is suggested.
 MOST_UNLIKE = 0.6
 
@@ -147,6 +149,8 @@ class _Likeness:
 
     def __init__(self, path, dtype, offset, count):
         self._path, self._dtype, self._offset, self._count = path, np.dtype(dtype), offset, count
+        is_small = count * self._dtype.itemsize <= MOST_KEPT
+        self._kept = np.fromfile(path, self._dtype, count, offset=offset) if is_small else None
         self._found = {}
 
     def __call__(self, stride):
@@ -157,7 +161,7 @@ class _Likeness:
     def is_plausible(self):
         """Whether some samples are finite numbers that a measurement may have, and not all the same."""
         with np.errstate(invalid="ignore"):  # of signalling NaNs
-            some = np.abs(self._at(np.linspace(0, self._count - 1, RUNS * LENGTH).astype(np.int64), 1))
+            some = np.abs(self._at(np.linspace(0, self._count - LENGTH, RUNS).astype(np.int64), LENGTH))
         return bool(((some == 0) | ((some > TINY) & (some < HUGE))).all()) and np.ptp(some) > 0
 
     def _correlation(self, stride):
@@ -175,7 +179,12 @@ class _Likeness:
         return float(((here - here.mean()) * (there - there.mean())).mean() / deviation)
 
     def _at(self, first, length):
-        """Runs of samples, one after the other. They are read, because mapped pages count as memory of the process."""
+        """Runs of samples, one after the other.
+
+        Those of a large file are read each time, because mapped pages count as memory of the process.
+        """
+        if self._kept is not None:
+            return self._kept[first[:, None] + np.arange(length)].ravel().astype(float)
         size, found = length * self._dtype.itemsize, bytearray()
         with open(self._path, "rb", buffering=0) as file:
             for place in (self._offset + first * self._dtype.itemsize).tolist():
