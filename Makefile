@@ -70,7 +70,7 @@ test: say-test-time .venv/.installed ## build everything and run the C++ and the
 	@echo "== Building the C++ tests in build/release"
 	@cmake --build --preset release
 	@echo "== Running the C++ tests, and the Python tests beside them"
-	@ctest --preset release > build/ctest.log & ctest=$$!; trap "kill $$ctest 2> /dev/null || true" EXIT; \
+	@nice ctest --preset release > build/ctest.log & ctest=$$!; trap "kill $$ctest 2> /dev/null || true" EXIT; \
 	    $(pytest) -m "not long and not lint" --leave-out-unchanged="$(cache)/passed" && failed=0 || failed=$$?; \
 	    wait $$ctest && tail -n 3 build/ctest.log || { cat build/ctest.log; exit 1; }; exit $$failed
 	@echo $$((($$(date +%s) - $$(cat build/test-begin)) / 60 + 1)) > build/test-minutes
