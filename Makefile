@@ -209,14 +209,15 @@ sanitize-address: test-packages
 
 # The package is installed beside the build and not in .venv: only a Python with the preloaded sanitizer can import it.
 # CPython keeps memory until it ends, so only the C++ tests look for leaks. libstdc++ is preloaded so that ASan finds
-# the functions that throw.
+# the functions that throw. Slow tests are left out: they limit memory and time, fork beside threads, or run the same calls
+# for longer.
 sanitize-python: test-packages .venv/.installed
 	@echo "== Building with AddressSanitizer and UndefinedBehaviorSanitizer in build/asan-ubsan"
 	@$(call pip_install,asan-ubsan,.) --no-deps --upgrade --target build/asan-ubsan/package
 	@echo "== Running the Python tests under AddressSanitizer and UndefinedBehaviorSanitizer"
 	@ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 \
 	    LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
-	    PYTHONPATH=build/asan-ubsan/package $(pytest) -p no:cacheprovider -m "not long" $$(tests/python/of_the_module)
+	    PYTHONPATH=build/asan-ubsan/package $(pytest) -p no:cacheprovider -m "not long and not slow" $$(tests/python/of_the_module)
 
 sanitize-thread: test-packages
 	@echo "== Building with ThreadSanitizer in build/tsan"
