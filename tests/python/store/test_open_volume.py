@@ -168,6 +168,8 @@ def test_the_size_of_a_picture_has_pixels(store):
     for wrong in (64, (64, 48, 3), None):
         with pytest.raises(TypeError, match="^size: expected width and height, got "):
             isospline.scale_for(store, camera, wrong)
+    with pytest.raises(TypeError, match=r"^size: expected a whole number, got \[1, 2\]$"):
+        isospline.scale_for(store, camera, [[1, 2], [3]])
 
 
 def shards_of(folder):
