@@ -6,12 +6,18 @@ they are used. So `--degree 2` is not the same as nothing.
 
 from __future__ import annotations
 
+import os
+import re
+
 #: The parameters of `Volume` with the same names.
 MODEL = ("degree", "boundary", "filter", "smoothing")
 #: The options of `read_volume` with the same names.
 READING = ("spacing", "shape", "dtype", "offset", "name", "nan")
 #: All options of a file with samples.
 OF_FILES = (*READING, "big_endian")
+
+#: The commands for one surface alone.
+_OF_ONE_LEVEL = ("mesh", "compare")
 
 
 def given(arguments, options):
@@ -40,3 +46,14 @@ def refuse_with(arguments, options, what):
     """Refuse options that have no effect with something, such as "a store"."""
     for option in given(arguments, options):
         raise ValueError(f"{flag(option)}: expected none with {what}, got {getattr(arguments, option)}")
+
+
+def refuse_several_levels(words):
+    """Refuse several numbers after one `--level`, unless they are files: argparse would only tell the next word."""
+    number = r"-?\.?\d[-+\d.eE]*"
+    found = re.search(rf"\0(?:-l\0?|--level[\0=])({number}(?:\0{number})+)\0", "\0".join(["", *words, ""]))
+    levels = found[1].split("\0") if found else []
+    if all(os.path.exists(level) for level in levels[1:]):
+        return
+    instead = "" if words[0] in _OF_ONE_LEVEL else f"; more are told as {' '.join(f'-l {level}' for level in levels)}"
+    raise ValueError(f"--level: expected one number, got {' '.join(levels)}{instead}")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 
 import isospline
 
 from ..colors import color_of
-from ..io.dicom_stack import ADVICE
 from ..io.label_map import count_of_labels
+from ..labels.files import has_segments
 from ..labels.segments import find
 from ..labels.surfaces import SMOOTHING
-from .given import MODEL, refuse_with, refuse_without
+from .given import MODEL, given, refuse_with, refuse_without
 from .store import OF_STORES, opened
 from .summary import unit_power
 from .write import writing
@@ -55,14 +56,12 @@ def given_labels(arguments, reading):
 
 
 def opened_or_labels(arguments, read, reading):
-    """What `opened` gives, and None; of a DICOM segmentation of several segments its first layer, and its label map."""
-    try:
-        return opened(arguments, read), None
-    except ValueError as error:
-        if ADVICE not in str(error):
-            raise
-    labels = isospline.Labels.read(arguments.file, **reading(arguments))
-    return labels.source, labels
+    """What `opened` gives, and None; of a file that describes segments its first layer, and its label map."""
+    with contextlib.suppress(ValueError, TypeError):  # such as of fractional segments, which are read as a volume
+        if not given(arguments, ("shape", *OF_STORES)) and has_segments(arguments.file):
+            labels = isospline.Labels.read(arguments.file, **reading(arguments))
+            return labels.source, labels
+    return opened(arguments, read), None
 
 
 def recognized_labels(data, arguments, reading, say):

@@ -26,7 +26,7 @@ from .compare import run as run_compare
 from .convert import run as run_convert
 from .demo import make_demo
 from .frames import render_frames
-from .given import MODEL, READING, given, keywords, refuse_without
+from .given import MODEL, READING, given, keywords, refuse_several_levels, refuse_without
 from .interrupts import heard_interrupts
 from .labels import given_labels, label_surfaces, measure_labels, opened_or_labels, recognized_labels, set_colors
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
@@ -59,6 +59,7 @@ def main(argv=None):
             sys.stdout.reconfigure(errors="backslashreplace")  # as standard error, for terminals without Unicode
         try:
             typed = join_negative(sys.argv[1:] if argv is None else argv)
+            refuse_several_levels(typed)
             arguments = _parser().parse_args(typed)
             arguments.run(arguments)
             sys.stdout.flush()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import functools
+import warnings
 
 import numpy as np
 
+from ..base.system import warn
 from ..io import VolumeData
 from ..levels import some_values
 from ..store.detail import Scales, is_store
@@ -120,16 +122,19 @@ class Store:
         """The scene of a picture at the scale that it needs, the cameras, and a sentence about the level.
 
         ``make_scene(volume)`` gives a tuple that begins with a scene, and ``make_cameras(made)`` the cameras of what
-        it gave.
+        it gave. Warnings are those of the scene that is returned: the overview may have another range.
         """
         levels = self.scales
-        detail = 0 if arguments.exact else levels.overview
-        made = make_scene(levels.volume(detail))
-        cameras = make_cameras(made)
-        if not arguments.exact:
-            detail = levels.choose(cameras, arguments.size)
-            if detail != levels.overview:
-                made = make_scene(levels.volume(detail))
+        first = 0 if arguments.exact else levels.overview
+        with warnings.catch_warnings(record=True) as told:
+            made = make_scene(levels.volume(first))
+            cameras = make_cameras(made)
+        detail = first if arguments.exact else levels.choose(cameras, arguments.size)
+        if detail != first:
+            made = make_scene(levels.volume(detail))
+        else:
+            for each in told:
+                warn(str(each.message))
         hint = "; --exact renders level 0" if detail else ""
         return made, cameras, levels.describe(detail) + hint
 

@@ -52,6 +52,11 @@ def read_segmentation(path):
     return None if segments is None else (volume_of(fields, path), segments)
 
 
+def has_segments(path):
+    """Whether a file is a DICOM segmentation."""
+    return isolated.call("isospline.io.dicom_segments:load_count", path, _LIBRARY)["segments"] > 0
+
+
 def find_slices(path, name=None):
     """The `Slices` of a series, checked, but not read; None if a file has several, or all."""
     found = isolated.call("isospline.io.dicom:load_slices", path, _LIBRARY, name=name)

@@ -35,6 +35,11 @@ def load_segmentation(path):
     return {**vars(VolumeData(data, **place, unit="mm")), **told, "segments": segments}
 
 
+def load_count(path):
+    """The number of segments that a file describes."""
+    return {"segments": len(read_dataset(path, stop_before_pixels=True).get("SegmentSequence") or ())}
+
+
 def load_mask(frames):
     """The mask of the only segment, as `read_volume` reads it. Slices without a frame are empty."""
     check_one_segment(frames)

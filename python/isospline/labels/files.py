@@ -42,6 +42,22 @@ def read(path: str | os.PathLike[str], **place: Any) -> tuple[VolumeData, list[S
     return data, {}
 
 
+def has_segments(path: str | os.PathLike[str]) -> bool:
+    """Whether a file describes segments, by its header alone."""
+    name = os.fspath(path).lower()
+    if not os.path.isfile(path):
+        return False
+    if name.endswith((".nrrd", ".nhdr")):
+        with errors_name(path, "NRRD"):
+            return bool(_slicer_segments(nrrd.read_header(path).values))
+    if name.endswith((".nii", ".nii.gz")):
+        return bool(_nifti_labels(Path(path)))
+    if _may_be_dicom(path):
+        with errors_name(path, "DICOM"):
+            return dicom.has_segments(Path(path))
+    return False
+
+
 def _read_layers(path, place):
     """The samples of a segmentation of Slicer; `read_volume` reads files with one layer only."""
     layered, _ = _read(path, "NRRD", place, lambda path, within: (nrrd.read(path, layered=True, within=within), []))

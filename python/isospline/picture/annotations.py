@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import importlib.util
 import math
+import os
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping
@@ -170,9 +174,32 @@ def font_for(size):
     return ImageFont.load_default(max(10, round(min(size) / 30)))
 
 
+def lettering(font: Any, text: str) -> tuple[str, Any]:
+    """A text as it is drawn, and the font: DejaVu Sans for other letters than Latin ones, where it is installed."""
+    letters = plain(text)
+    wider = None if letters.isascii() else _dejavu(font.size)
+    return (letters, font) if wider is None else (unicodedata.normalize("NFC", text), wider)
+
+
+@functools.lru_cache(maxsize=8)
+def _dejavu(size):
+    """DejaVu Sans of the system or of matplotlib; None without both."""
+    from PIL import ImageFont
+
+    paths = ["DejaVuSans.ttf"]  # is sought among the fonts of the system
+    package = importlib.util.find_spec("matplotlib")
+    if package is not None and package.origin is not None:
+        paths.append(os.path.join(os.path.dirname(package.origin), "mpl-data/fonts/ttf", paths[0]))
+    for path in paths:
+        with contextlib.suppress(OSError):
+            return ImageFont.truetype(path, size)
+    return None
+
+
 def text_width(font: Any, text: str) -> float:
     """The length of a text in pixels."""
-    return float(font.getlength(plain(text)))
+    letters, font = lettering(font, text)
+    return float(font.getlength(letters))
 
 
 def line_height(font: Any) -> float:
@@ -262,7 +289,8 @@ class Drawing:
 
     def text(self, x, y, text, anchor):
         """Draw text; `anchor` is Pillow's name of the point of the text at (x, y)."""
-        self._draw.text((x, y), plain(text), fill=255, font=self._font, anchor=anchor)
+        letters, font = lettering(self._font, text)
+        self._draw.text((x, y), letters, fill=255, font=font, anchor=anchor)
 
     def bar(self, left, right, top, bottom):
         """Draw a rectangle; pixels that it covers in part get that part."""

@@ -62,7 +62,7 @@ def scale_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: 
         For a folder that is not a complete store, as `open_volume` does, and for a size below 1.
     """
     check_type(camera, "camera", _CAMERAS, "a camera of isospline")
-    if np.shape(size) != (2,):
+    if np.asarray(size, dtype=object).shape != (2,):  # objects, as a list may be ragged
         raise TypeError(sentence("size", "width and height", size))
     for pixels in size:
         check_count(pixels, "size")

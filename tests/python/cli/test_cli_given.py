@@ -5,6 +5,7 @@ import pytest
 from command_line import fails, leftovers
 
 import isospline
+from isospline.cli.main import main
 
 DEPTH, PARALLEL = ("--layers", "depth", "-o", "a.exr"), ("--projection", "orthographic")
 
@@ -63,3 +64,29 @@ def test_options_of_files_and_other_models_are_refused_with_a_store(ball, tmp_pa
         told = f"{option[0]}: expected none with the store .*, whose samples isospline convert has read, got"
         fails(capsys, 2, told, "measure", store, *option)
     fails(capsys, 2, "--degree: expected 3, as in the store, got 2", "measure", store, "--degree", "2")
+
+
+@pytest.mark.parametrize("option", [("-l", "0"), ("-l0",), ("--level", "0"), ("--level=0",)])
+@pytest.mark.parametrize(
+    ("command", "instead"),
+    [
+        (("measure", "ball.npy"), "; more are told as -l 0 -l 1e0 -l -.5"),
+        (("render", "ball.npy", "-o", "a.png"), "; more are told as -l 0 -l 1e0 -l -.5"),
+        (("view", "ball.npy"), "; more are told as -l 0 -l 1e0 -l -.5"),
+        (("mesh", "ball.npy", "-o", "a.stl"), ""),
+        (("compare", "ball.npy", "ball.npy"), ""),
+    ],
+)
+def test_several_numbers_after_one_level_are_refused(ball, monkeypatch, capsys, command, instead, option):
+    monkeypatch.chdir(ball.parent)
+    message = rf"error: --level: expected one number, got 0 1e0 -\.5{instead}\n"
+    fails(capsys, 2, message, *command, *option, "1e0", "-.5")
+    fails(capsys, 2, message, command[0], *option, "1e0", "-.5", *command[1:])
+    assert not leftovers(ball.parent)
+
+
+def test_a_number_after_a_level_may_be_the_name_of_a_file(ball, monkeypatch, capsys):
+    monkeypatch.chdir(ball.parent)
+    isospline.convert(np.load(ball), ball.parent / "7")
+    assert main(["measure", "-q", "-l", "0", "7"]) == 0
+    assert capsys.readouterr().out.startswith("7\n")

@@ -125,6 +125,50 @@ def test_segments_of_dicom_are_listed_and_errors_name_the_option(segmentation, t
     assert [row["names"] for row in json.loads(capsys.readouterr().out)["labels"]] == ["liver", "spleen"]
 
 
+def test_segments_of_other_files_are_listed(tmp_path, capsys, monkeypatch):
+    nrrd, nibabel = pytest.importorskip("nrrd"), pytest.importorskip("nibabel")
+    monkeypatch.chdir(tmp_path)
+    data = np.zeros((6, 7, 8), np.int16)
+    data[1:3, 2:5, 3:7], data[3:5, 2:5, 3:7] = 1, 5
+    header = {
+        f"Segment{place}_{field}": value
+        for place, values in enumerate([("Leber", "5"), ("Milz", "1"), ("none", "3")])
+        for field, value in zip(("Name", "LabelValue"), values)
+    }
+    nrrd.write("a.seg.nrrd", data.T, header)
+    image = nibabel.Nifti1Image(data.T, np.eye(4))
+    table = '<LabelTable><Label Key="1">Milz</Label><Label Key="5">Leber</Label></LabelTable>'
+    image.header.extensions.append(nibabel.nifti1.Nifti1Extension(0, table.encode()))
+    nibabel.save(image, "a.nii.gz")
+    expected = [
+        {"number": number, "name": name, "voxels": int((data == number).sum())}
+        for number, name in ((1, "Milz"), (5, "Leber"))
+    ]
+    for name in ("a.seg.nrrd", "a.nii.gz"):
+        assert main(["info", name, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["segments"] == expected and found["size"] == [8, 7, 6]
+        assert main(["info", name]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[-3].split()[:2] == ["segments", "2"]
+        assert [line.split(maxsplit=1)[1] for line in lines[-2:]] == [
+            f"{each['name']}, {each['voxels']} voxels" for each in expected
+        ]
+        fails(capsys, 2, "--memory-limit: expected a store with it", "info", name, "--memory-limit", "1GB")
+
+    # Several layers; and fractions, which are read as a volume.
+    layers = np.stack([data, np.where(data == 1, 3, 0).astype(np.int16)])
+    directions = np.vstack([np.full(3, np.nan), np.eye(3)])
+    layered = {"kinds": ["list", *["domain"] * 3], "space directions": directions, "Segment2_Layer": "1", **header}
+    nrrd.write("b.seg.nrrd", layers.transpose(0, 3, 2, 1), {"space": "left-posterior-superior", **layered})
+    assert main(["info", "b.seg.nrrd", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["segments"]
+    assert found == [expected[0], {"number": 3, "name": "none", "voxels": int((data == 1).sum())}, expected[1]]
+    nrrd.write("c.seg.nrrd", data.T * np.float32(0.25), header)
+    assert main(["info", "c.seg.nrrd"]) == 0
+    assert "range      0 to 1.25" in capsys.readouterr().out
+
+
 def test_wrong_options(cells, tmp_path, capsys):
     path, _ = cells
     fails(capsys, 2, "--level: expected none with a label map", "measure", path, "--labels", "-l", "1")

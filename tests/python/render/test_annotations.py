@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from PIL import ImageDraw
+from PIL import ImageDraw, ImageFont
 from spheres import mesh_sphere, sphere
 
 import isospline
 from isospline.base.values import part
 from isospline.colors import linear_to_srgb
-from isospline.picture.annotations import font_for, labels_of, ticks
+from isospline.picture.annotations import _dejavu, font_for, labels_of, ticks
 from isospline.picture.cameras import camera_beside, cameras_around
 from isospline.viewer.measurements import MeasuredPoint, Measurement
 from isospline.viewer.rulers import draw_measurements
@@ -253,6 +253,28 @@ def test_names_units_and_measurements_have_letters_that_the_font_has(monkeypatch
     points = tuple(MeasuredPoint(0, (0.0, 0.0, z), (0.0, 0.0, 1.0)) for z in (-0.5, 0.5))
     draw_measurements(image, (Measurement(1, "distance", points),), camera, "µm")
     assert drawn[-1] == "1: 1 um"
+
+
+@pytest.mark.parametrize("place", ["system", "matplotlib", "nowhere"])
+def test_names_in_greek_and_cyrillic_are_in_a_font_that_has_them(monkeypatch, place):
+    matplotlib, load = pytest.importorskip("matplotlib"), ImageFont.truetype
+
+    def installed(file, size, **options):
+        if isinstance(file, str):
+            if place != ("system" if file == "DejaVuSans.ttf" else "matplotlib"):
+                raise OSError("cannot open resource")
+            file = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans.ttf"
+        return load(file, size, **options)
+
+    monkeypatch.setattr(ImageFont, "truetype", installed)
+    _dejavu.cache_clear()
+    volume, pictures = isospline.volumes.sphere().volume(12), set()
+    camera = isospline.camera_for(isospline.Isosurface(volume, 0.0))
+    for name in ("ήπαρ", "λάθη", "кость", "череп", "чёрая", "черая"):
+        surface = isospline.Isosurface(volume, 0.0, name=name)
+        pictures.add(isospline.render(surface, camera, size=(320, 240), legend=True).to_srgb().tobytes())
+    _dejavu.cache_clear()
+    assert len(pictures) == (2 if place == "nowhere" else 6)  # all boxes are the same
 
 
 def test_pictures_without_marks_load_no_font(monkeypatch):

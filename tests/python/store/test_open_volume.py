@@ -168,6 +168,8 @@ def test_the_size_of_a_picture_has_pixels(store):
     for wrong in (64, (64, 48, 3), None):
         with pytest.raises(TypeError, match="^size: expected width and height, got "):
             isospline.scale_for(store, camera, wrong)
+    with pytest.raises(TypeError, match=r"^size: expected a whole number, got \[1, 2\]$"):
+        isospline.scale_for(store, camera, [[1, 2], [3]])
 
 
 def shards_of(folder):
@@ -235,3 +237,24 @@ def test_command_line(tmp_path, store, capsys):
         assert out.exists() and said in capsys.readouterr().out
     assert main(["render", str(store), "-o", str(tmp_path / "b.png"), "--degree", "3"]) == 2
     assert "--degree: expected 2, as in the store, got 3" in capsys.readouterr().err
+
+
+def test_a_level_out_of_range_is_warned_of_once_for_the_scale_of_the_picture(tmp_path, store, capsys):
+    from isospline.cli.main import main
+
+    def warnings_of(folder, level, size):
+        given = ["--level", level, "--no-closed", "--view", "front", "--samples", "1", "-q", "--size", size]
+        assert main(["render", str(folder), *given, "-o", str(tmp_path / "a.png")]) == 0
+        printed = capsys.readouterr()
+        return printed.err.splitlines(), printed.out
+
+    for size, scale in (("16x12", "scale 1"), ("400x300", "scale 0")):  # the overview is scale 0
+        (warned,), said = warnings_of(store, "9999", size)
+        assert "level 9999 is out of the data's range" in warned and scale in said
+
+    peak = np.zeros((4, 4, 300), np.float32)
+    peak[2, 2, 150] = 100  # in scale 0, but not in the overview, which is scale 1
+    folder = isospline.convert(peak, tmp_path / "peak.zarr")
+    assert warnings_of(folder, "90", "2000x30")[0] == []
+    (warned,), said = warnings_of(folder, "90", "16x12")
+    assert "level 90 has an empty shell" in warned and "scale 3" in said
