@@ -16,7 +16,7 @@ from . import to_page
 from .checked import number, whole
 from .encode import encode_jpeg, encode_png, packed
 from .from_page import FROM_PAGE
-from .measure import measure
+from .measure import index_of, measure
 from .measurements import to_csv, with_point
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
@@ -319,6 +319,9 @@ class Window:
                 ids = maker.geometry_ids(state, lambda source: source.scale(camera, size))
                 found = measure(maker.scene, ids, camera, size, pixel)
             if found is not None:
+                if found.index is not None:  # of the picture's scale
+                    grid = self._viewer.document[state.object(found.object).source].grid
+                    found = found.replace(index=index_of(found.position, grid))
                 self._measure(lambda all: with_point(all, tool, found))
             self.send(to_page.Measured(found))
         except Exception as error:

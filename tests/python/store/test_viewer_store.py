@@ -147,6 +147,18 @@ def test_the_value_under_the_pointer_is_that_of_the_finest_scale(viewer, folder)
     client.close()
 
 
+def test_a_measured_index_is_that_of_the_finest_scale(viewer, folder):
+    """Also at a picture of a coarser one."""
+    client = Client(viewer)
+    client.send(type="camera", camera=FAR.replace(target=(199.5, 19.5, 19.5)).to_json())
+    client.send(type="pick", x=32, y=24)
+    point = client.receive("measured")[0]["point"]
+    assert max(point["position"]) > 100 and viewer.document["source1"].scale(FAR.camera(), SIZE) > 1
+    to_index = np.linalg.inv(isospline.open_volume(folder).affine)
+    np.testing.assert_allclose(point["index"], (to_index @ (*point["position"], 1.0))[:3], atol=1e-9)
+    client.close()
+
+
 def test_pictures_do_not_wait_for_the_value_under_the_pointer(viewer, monkeypatch):
     may_read = threading.Event()
 
