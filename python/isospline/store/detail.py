@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, Pr
 from ..scene import Volume
 from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .volume import open_level
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 #: Points along each edge of a volume's box at which the size of a voxel in the picture is computed.
 _POINTS = 9
@@ -115,11 +119,16 @@ class Scales:
     metadata : StoreMetadata
     overview : int
         The finest scale whose longest edge has at most 256 samples, or the coarsest one.
+    shape, axes, affine
+        The grid of the finest scale, as in a `Volume`.
     """
+
+    axes = "zyx"
 
     def __init__(self, path: str | os.PathLike[str], memory_limit: int | str = "4GB") -> None:
         self.metadata, self._limit = read_metadata(path), memory_limit
         self._volumes: dict[int, Volume] = {}
+        self.shape, self.affine = self.metadata.scales[0].shape, self.metadata.scales[0].affine
         sizes = [max(level.shape) for level in self.metadata.scales]
         self.overview = next((i for i, size in enumerate(sizes) if size <= _OVERVIEW), len(sizes) - 1)
 
@@ -133,6 +142,15 @@ class Scales:
     def choose(self, cameras: Any, size: tuple[int, int]) -> int:
         """The coarsest scale that is fine enough for the pictures of all cameras."""
         return min(scale_for(self.metadata, camera, size) for camera in cameras)
+
+    def choose_for_points(self, distances: ArrayLike, axes: Sequence[int]) -> int:
+        """The scale for points at some distances along some of the axes x, y and z.
+
+        The coarsest one whose samples are no farther apart along any of these axes, but none coarser than the overview.
+        """
+        scales = self.metadata.scales[: self.overview + 1]
+        fine = [bool((np.array(level.spacing)[axes] <= distances).all()) for level in scales]
+        return int(max(np.flatnonzero(fine), default=0))
 
     def describe(self, scale: int) -> str:
         """A text with the scale, the number of scales, and the size of its voxels."""

@@ -71,6 +71,14 @@ class ScaleMetadata:
     origin: tuple[float, float, float]
     direction: NDArray[np.float64]
 
+    @property
+    def affine(self) -> NDArray[np.float64]:
+        """4 x 4 matrix from grid to world coordinates, as in a `Volume`."""
+        affine = np.eye(4)
+        affine[:3, :3] = self.direction * self.spacing
+        affine[:3, 3] = self.origin
+        return affine
+
 
 @dataclass(frozen=True, eq=False)
 class StoreMetadata:

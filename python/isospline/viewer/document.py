@@ -87,6 +87,11 @@ class Source:
         return self.item if scale is None else self.scales.volume(scale)
 
     @property
+    def grid(self):
+        """What has the grid of a volume's slices and indices: the volume, or the scales of its store."""
+        return self.scales or self.item
+
+    @property
     def unit(self):
         """The unit of length; empty if it is not known."""
         return self.item.unit if self.is_volume else self.mesh_unit
@@ -230,7 +235,7 @@ class Source:
     @property
     def middle(self):
         """The middle of a volume, in grid coordinates."""
-        return tuple((np.array(index_shape(self.item)) - 1) / 2)
+        return tuple((np.array(index_shape(self.grid)) - 1) / 2)
 
     def about(self):
         """The description for the page."""
@@ -249,8 +254,8 @@ class Source:
             level_range=self.level_range,
             spacing_of_values=float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0,
             histogram=tuple(bars(self.values, self.counts, BARS).tolist()),
-            counts=tuple(map(int, index_shape(self.item))),
-            affine=tuple(map(tuple, self.item.affine.tolist())),
+            counts=tuple(map(int, index_shape(self.grid))),
+            affine=tuple(map(tuple, self.grid.affine.tolist())),
             window=self.window(),
             patient=self.patient,
             body_level=self.default_levels()[1],

@@ -59,11 +59,15 @@ def measure(scene, ids, camera, size, pixel):
     )
 
 
+def index_of(position, grid):
+    """Grid coordinates of a position, by what has the affine matrix of the grid."""
+    return tuple(np.linalg.solve(grid.affine, np.append(position, 1.0))[:3].tolist())
+
+
 def _of_surface(scene, surface, ray, is_skin, position):
     """Index and value of a point of an isosurface, and its curvatures if it is not on a cut."""
     volume = surface.volume
-    index = np.linalg.solve(volume.affine, np.append(position, 1.0))[:3]
-    known = {"index": tuple(index.tolist()), "value": float(volume.sample(position))}
+    known = {"index": index_of(position, volume), "value": float(volume.sample(position))}
     if is_skin:
         # The renderer computes curvatures: render one pixel with the same ray.
         origin, direction = ray[:3], ray[3:] / np.linalg.norm(ray[3:])

@@ -25,7 +25,7 @@ class MeasuredPoint(Checked):
         Id of the object in the state.
     position, normal : (3,) tuple of float
     index : (3,) tuple of float or None
-        Position in the volume's grid; None on a mesh, like value and curvatures.
+        Position in the volume's grid, of a store that of its finest scale; None on a mesh, like value and curvatures.
     value : float or None
         The value of the volume's model at the point.
     mean_curvature, gaussian_curvature : float or None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..scene.cells import index_shape
+from ..store.detail import Scales
 from .checked import Checked, count, field, vector
 
 #: Points along the longer side of a slice by default, and the most of them.
@@ -41,18 +42,29 @@ class SliceView(Checked):
             raise ValueError(f"upper: expected at least {list(self.lower)}, got {list(self.upper)}")
 
 
-def sample_slices(volume, index, views=None, share=1.0):
+def value_at(volume, index):
+    """The value of a Volume, or of the finest of Scales, at a point in grid coordinates."""
+    affine = volume.affine
+    finest = volume.volume(0) if isinstance(volume, Scales) else volume
+    return float(finest.sample(affine[:3, :3] @ index + affine[:3, 3]))
+
+
+def sample_slices(volume, index, views=None, share=1.0, *, progress=None):
     """Sample the grid planes x, y and z = const through a point.
 
     Parameters
     ----------
-    volume : Volume
+    volume : Volume or Scales
+        Of a store, each slice shows the overview or the finer scale that has a sample for each of its points. Grid
+        coordinates are those of the finest scale.
     index : (3,) float
         The point, in grid coordinates.
     views : three SliceView, optional
         The parts that are seen; by default, all of the slices. Points are at most as close as `FINEST`.
     share : float
         The share of the points that is used.
+    progress : callable, optional
+        As that of `Volume.sample`, for each slice.
 
     Returns
     -------
@@ -76,5 +88,9 @@ def sample_slices(volume, index, views=None, share=1.0):
         grid[..., axis] = place[axis]
         grid[..., plane[0]], grid[..., plane[1]] = columns, rows[:, None]
         world = grid.reshape(-1, 3) @ affine[:3, :3].T + affine[:3, 3]
-        slices.append((lower, upper, volume.sample(world).astype(np.float32).reshape(grid.shape[:2])))
+        shown = volume
+        if isinstance(volume, Scales):
+            shown = volume.volume(volume.choose_for_points(steps * lengths[plane], plane))
+        values = shown.sample(world, progress=progress)
+        slices.append((lower, upper, values.astype(np.float32).reshape(grid.shape[:2])))
     return slices

@@ -16,12 +16,12 @@ from . import to_page
 from .checked import number, whole
 from .encode import encode_jpeg, encode_png, packed
 from .from_page import FROM_PAGE
-from .measure import measure
+from .measure import index_of, measure
 from .measurements import to_csv, with_point
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
-from .slices import COARSE, sample_slices
+from .slices import COARSE, sample_slices, value_at
 from .state import COLOR_MAPS, COLOR_RULES
 from .upload import Receiver
 
@@ -155,12 +155,12 @@ class Window:
         else:
             self._slices_shown = None
 
-    def _draw_slices(self, wanted, share, _):
+    def _draw_slices(self, wanted, share, progress):
         key, index, views = wanted
         source = self._viewer.document.get(key)
         if source is None:  # it was closed
             return None
-        slices = sample_slices(source.item, index, views, share or COARSE)
+        slices = sample_slices(source.grid, index, views, share or COARSE, progress=progress)
         regions = tuple((tuple(lower.tolist()), tuple(upper.tolist())) for lower, upper, _ in slices)
         about = to_page.SliceValues(key, index, regions, tuple(values.shape for _, _, values in slices))
         return packed(to_page.to_message(about), b"".join(values.tobytes() for _, _, values in slices))
@@ -296,9 +296,13 @@ class Window:
         source = self._viewer.document[message.volume]
         if not source.is_volume:
             raise ValueError(f"volume: expected a volume, got {source.key}")
-        affine = source.item.affine
-        value = float(source.item.sample(affine[:3, :3] @ message.index + affine[:3, 3]))
-        self.send(to_page.Sampled(message.index, value))
+        self._viewer.submit(self._sample, source, message.index)  # a store is read
+
+    def _sample(self, source, index):
+        try:
+            self.send(to_page.Sampled(index, value_at(source.grid, index)))
+        except Exception as error:
+            self._failed(error)
 
     def _on_slice_views(self, message):
         self._slice_views = message.views
@@ -315,6 +319,9 @@ class Window:
                 ids = maker.geometry_ids(state, lambda source: source.scale(camera, size))
                 found = measure(maker.scene, ids, camera, size, pixel)
             if found is not None:
+                if found.index is not None:  # of the picture's scale
+                    grid = self._viewer.document[state.object(found.object).source].grid
+                    found = found.replace(index=index_of(found.position, grid))
                 self._measure(lambda all: with_point(all, tool, found))
             self.send(to_page.Measured(found))
         except Exception as error:

@@ -1,15 +1,22 @@
 """The viewer shows an overview of a store while something moves, and the level that a still picture needs."""
 
+import threading
+
 import numpy as np
 import pytest
+from viewer_client import Client
 
 import isospline
 from isospline import volumes
+from isospline._core import Cancelled
+from isospline.store import detail
+from isospline.viewer import window
 from isospline.viewer.document import Document, read_source
 from isospline.viewer.picture import PictureMaker, Stage, passes
 from isospline.viewer.save import save
 from isospline.viewer.script import script
 from isospline.viewer.session import open_session, read_session, session_of, write_session
+from isospline.viewer.slices import SliceView, sample_slices
 from isospline.viewer.state import CameraState, ViewState
 
 pytest.importorskip("zarr")
@@ -83,6 +90,91 @@ def test_a_store_tells_whether_it_is_of_a_patient(opened, tmp_path):
     scan = isospline.VolumeData(volumes.gyroid().values(20), patient=True)
     isospline.convert(scan, tmp_path / "scan.zarr")
     assert Document().add(read_source(tmp_path / "scan.zarr")).about().patient
+
+
+def test_slices_have_the_grid_of_the_finest_scale(opened, folder):
+    _, source, _ = opened
+    about, finest = source.about(), isospline.open_volume(folder)
+    assert about.counts == SHAPE[::-1] and source.middle == (199.5, 19.5, 19.5)
+    np.testing.assert_array_equal(about.affine, finest.affine)
+
+
+@pytest.mark.parametrize("overview", [1, 3])
+def test_a_slice_shows_the_scale_with_a_sample_for_each_point(folder, overview, monkeypatch):
+    """From the whole slice at few points to a part at every sample: at a tenth of a sample, too."""
+    monkeypatch.setattr(detail, "_OVERVIEW", 400 >> overview)
+    scales, (z, y, x) = detail.Scales(folder), (20.0, 21.5, 200.25)
+    for extent, points, needed in ((399, 2, 3), (399, 51, 2), (399, 200, 1), (399, 201, 0), (39, 40, 0), (4, 41, 0)):
+        view = SliceView((0, 10), (extent, 10 + min(extent, 29)), points)
+        lower, upper, values = sample_slices(
+            scales, (x, y, z), [view.replace(lower=(0, 0), upper=(39, 39)), view, view]
+        )[2]
+        rows, columns = values.shape
+        assert (tuple(lower), tuple(upper)) == (view.lower, view.upper) and columns <= points
+        along = np.linspace(view.lower[0], view.upper[0], columns), np.linspace(view.lower[1], view.upper[1], rows)
+        index = np.stack([*np.meshgrid(*along), np.full(values.shape, z)], axis=-1)
+        volume = isospline.open_volume(folder, scale=min(needed, overview))
+        np.testing.assert_array_equal(values, volume.sample(index).astype(np.float32))
+
+
+def test_only_the_chunks_of_a_slice_are_read(opened):
+    scales = opened[1].grid
+    before = scales.volume(0).paging["chunks_read"]
+    views = [SliceView((2, 2), (25, 25), 24)] * 3
+    sample_slices(scales, (16, 16, 16), views)
+    assert scales.volume(0).paging["chunks_read"] - before == 1
+
+
+def test_reading_of_slices_can_be_cancelled(opened):
+    with pytest.raises(Cancelled):
+        sample_slices(opened[1].grid, (16, 16, 16), progress=lambda _: False)
+
+
+@pytest.fixture
+def viewer(folder):
+    with isospline.view(browser=False) as viewer:
+        viewer.open(folder, levels=[LEVEL])
+        yield viewer
+
+
+def test_the_value_under_the_pointer_is_that_of_the_finest_scale(viewer, folder):
+    client, finest = Client(viewer), isospline.open_volume(folder)
+    client.send(type="sample", volume="source1", index=[311, 17, 5])
+    about, _ = client.receive("sampled")
+    assert about["index"] == [311, 17, 5]
+    assert about["value"] == finest.sample((311.0, 17.0, 5.0))
+    assert finest.paging["chunks_read"] == 1
+    client.close()
+
+
+def test_a_measured_index_is_that_of_the_finest_scale(viewer, folder):
+    """Also at a picture of a coarser one."""
+    client = Client(viewer)
+    client.send(type="camera", camera=FAR.replace(target=(199.5, 19.5, 19.5)).to_json())
+    client.send(type="pick", x=32, y=24)
+    point = client.receive("measured")[0]["point"]
+    assert max(point["position"]) > 100 and viewer.document["source1"].scale(FAR.camera(), SIZE) > 1
+    to_index = np.linalg.inv(isospline.open_volume(folder).affine)
+    np.testing.assert_allclose(point["index"], (to_index @ (*point["position"], 1.0))[:3], atol=1e-9)
+    client.close()
+
+
+def test_pictures_do_not_wait_for_the_value_under_the_pointer(viewer, monkeypatch):
+    may_read = threading.Event()
+
+    def value_at(*_):
+        assert may_read.wait(30)
+        return 7.0
+
+    monkeypatch.setattr(window, "value_at", value_at)
+    client = Client(viewer)
+    client.send(type="sample", volume="source1", index=[3, 1, 2])
+    client.send(type="change_object", id=0, changes={"level": 0.25}, input=5)
+    while client.receive("frame")[0]["input"] != 5:
+        pass
+    may_read.set()
+    assert client.receive("sampled")[0]["value"] == 7.0
+    client.close()
 
 
 def test_sessions_open_the_store(opened, tmp_path):

@@ -10,6 +10,7 @@ from browser import Page
 from browser import shown as show
 
 import isospline
+from isospline.viewer import window
 
 SHAPE = (20, 24, 30)  # samples along z, y and x
 
@@ -75,6 +76,21 @@ def test_the_point_under_the_pointer_is_told(shown):
     assert float(value_text.removeprefix("value ")) == pytest.approx(x + 100 * y + 10000 * z, rel=1e-3)
     page.page.mouse.move(left + width / 2, top - 50)
     page.wait("!document.querySelectorAll('#slices figcaption')[2].textContent.includes('value')")
+
+
+def test_values_are_told_again_after_an_error(shown, monkeypatch):
+    """As of a store with a damaged chunk."""
+    page, _ = shown
+
+    def value_at(*_):
+        raise OSError("chunk 3/1/2 cannot be read")
+
+    box = page.page.locator("#slices canvas >> nth=2").bounding_box()
+    with monkeypatch.context() as damaged:
+        damaged.setattr(window, "value_at", value_at)
+        page.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.page.get_by_text("chunk 3/1/2 cannot be read").wait_for()
+    caption_of(page, (0.4, 0.45))
 
 
 def test_the_slices_have_borders_in_the_picture(shown):

@@ -168,6 +168,7 @@ export class App {
       this.matchFrame();
     } else if (message.type === "error") {
       this.note(message.text);
+      this.tell("error");
     } else {
       this.tell(message.type, message);
     }

@@ -51,6 +51,7 @@ export class Slices {
     for (const name of ["state", "document"]) app.on(name, () => { if (app.state) this.stateChanged(); });
     app.on("slice_values", message => this.received(message));
     app.on("sampled", message => this.answered(message));
+    app.on("error", () => { this.asking = false; }); // perhaps of a store that could not be read
     addEventListener("keydown", event => { if (event.key === "Escape" && this.maximised && !document.querySelector("dialog[open]")) this.maximise(this.maximised); });
     app.on("connected", () => { this.values = null; this.viewsSent = null; this.asked = null; this.asking = false; });
   }
