@@ -123,6 +123,19 @@ def test_segments_of_dicom_are_listed_and_errors_name_the_option(segmentation, t
         fails(capsys, 2, told, command, path, *output, "--quiet")
     assert main(["measure", str(path), "--labels", "--json", "--quiet"]) == 0
     assert [row["names"] for row in json.loads(capsys.readouterr().out)["labels"]] == ["liver", "spleen"]
+    # One segment, and fractions, which have no label map.
+    dataset = pytest.importorskip("pydicom").dcmread(path)
+    count = sum((labels[k] == 1).any() for k in range(3))
+    dataset.NumberOfFrames, dataset.PixelData = count, dataset.PixelData[: count * 72]
+    dataset.SegmentSequence = dataset.SegmentSequence[:1]
+    dataset.PerFrameFunctionalGroupsSequence = dataset.PerFrameFunctionalGroupsSequence[:count]
+    dataset.save_as(tmp_path / "one.dcm")
+    assert main(["info", str(tmp_path / "one.dcm"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["segments"] == found["segments"][:1]
+    dataset.SegmentationType = "FRACTIONAL"
+    dataset.save_as(tmp_path / "one.dcm")
+    assert main(["info", str(tmp_path / "one.dcm"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["maximum"] == 1
 
 
 def test_segments_of_other_files_are_listed(tmp_path, capsys, monkeypatch):
