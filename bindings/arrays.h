@@ -95,6 +95,15 @@ inline pybind11::object as_host_array(const pybind11::handle& value, const char*
     }
 }
 
+/// Bytes of booleans other than 0 count as 1, as for NumPy.
+inline pybind11::array with_plain_booleans(pybind11::array array)
+{
+    if (array.dtype().kind() != 'b' || array.size() == 0)
+        return array;
+    const pybind11::object bytes = array.attr("view")("u1");
+    return bytes.attr("max")().cast<int>() > 1 ? pybind11::array(bytes.attr("astype")("bool")) : array;
+}
+
 /// numpy.asarray(value), without reading a tensor item by item. The dtype must be one of the given kinds: b boolean, i
 /// and u integer, f floating point.
 inline pybind11::array as_array(const pybind11::handle& value, const char* parameter, std::string_view kinds = "biuf",
@@ -108,7 +117,7 @@ inline pybind11::array as_array(const pybind11::handle& value, const char* param
         PyErr_Clear();
     if (!array || kinds.find(array.dtype().kind()) == std::string_view::npos)
         throw_wrong_type(parameter, expected, array && array.ndim() > 0 && array.dtype().kind() != 'O' ? array : given);
-    return array;
+    return with_plain_booleans(std::move(array));
 }
 
 /// An array of shape (..., columns), such as rays (..., 6) or points (..., 3), whose numbers are read as float64.

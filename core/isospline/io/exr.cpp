@@ -72,12 +72,19 @@ struct HalfColor {
     half r, g, b, a;
 };
 
+/// The nearest number of 16 bits; those beyond become the largest ones, because infinity would spread to other pixels.
+half to_half(float number)
+{
+    constexpr float largest = HALF_MAX;
+    return half(std::clamp(number, -largest, largest));
+}
+
 std::vector<HalfColor> to_half(const std::vector<glm::vec4>& color)
 {
     std::vector<HalfColor> converted;
     converted.reserve(color.size());
     for (const glm::vec4& c : color)
-        converted.push_back({half(c.r), half(c.g), half(c.b), half(c.a)});
+        converted.push_back({to_half(c.r), to_half(c.g), to_half(c.b), to_half(c.a)});
     return converted;
 }
 

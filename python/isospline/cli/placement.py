@@ -26,7 +26,7 @@ def _moved(place):
     parts = place.split(",")
     with contextlib.suppress(ValueError):
         numbers = [float(part) for part in parts]
-        if len(numbers) == 3:
+        if len(numbers) == 3 and np.isfinite(numbers).all():
             matrix = np.eye(4)
             matrix[:3, 3] = numbers
             return matrix
@@ -50,4 +50,6 @@ def _read_matrix(path):
         raise ValueError(f"{path}: cannot be read as a matrix: {error}") from None
     if matrix.shape != (4, 4):
         raise ValueError(f"{path}: expected four rows of four numbers, got shape {matrix.shape}")
+    if not np.isfinite(matrix).all() or matrix[3].tolist() != [0, 0, 0, 1]:
+        raise ValueError(f"{path}: expected finite numbers and the last row 0 0 0 1, got {matrix.tolist()}")
     return matrix

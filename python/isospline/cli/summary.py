@@ -38,10 +38,16 @@ def summarize(volume, path, levels=3, labels=None):
         "minimum": float(data.min()),
         "maximum": float(data.max()),
         "mean": float(mean),
-        "standard_deviation": float(math.sqrt(np.average((values - mean) ** 2, weights=counts))),
+        "standard_deviation": _standard_deviation(data, mean),
         "histogram": {"edges": edges.tolist(), "counts": rows.astype(int).tolist()},
         "suggested_levels": levels_of_histogram(values, counts, levels),
     }
+
+
+def _standard_deviation(data, mean):
+    """That of the samples, slice by slice: bins of the histogram have deviations of their own."""
+    squares = math.fsum(float(((each.astype(float) - mean) ** 2).sum()) for each in np.atleast_2d(data))
+    return math.sqrt(squares / data.size)
 
 
 def _about(volume, path):

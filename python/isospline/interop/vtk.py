@@ -9,6 +9,9 @@ from ..io import vtk
 from .checks import attributes, errors_name, library_of, to_mesh, to_volume
 from .polygons import cut_polygons, cut_strips
 
+# How the names of ids begin that filters of VTK and PyVista add.
+_IDS = ("vtk", "pyvistaOriginal")
+
 
 def volume_from_vtk(cls, image_data, scalars=None, **options):
     """See `Volume.from_vtk`."""
@@ -165,7 +168,7 @@ def _named(data):
     return [
         (array.GetName() or "values", vtk_to_numpy(array))
         for array in arrays
-        if array is not None and not (array.GetName() or "").startswith("vtk")  # ids of VTK's filters
+        if array is not None and not (array.GetName() or "").startswith(_IDS)
     ]
 
 

@@ -58,9 +58,8 @@ def read(path, load=read_samples, *, within=None):
         dtype = dtype.newbyteorder(">")
     shape = tuple(about.size[2::-1])
     compression = "zlib" if _is_true(header, "CompressedData") else None
-    if compression is None:
-        expected = math.prod(shape) * dtype.itemsize // len(parts)
-        parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
+    expected = math.prod(shape) * dtype.itemsize // len(parts) if compression is None else 0
+    parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
     data = load([(part, at, 0) for part, at in parts], shape, dtype, compression)
     return about.to_volume_data(data).replace(patient=_is_patient(header), unit=_unit(header))
 
@@ -152,9 +151,15 @@ def _numbered(words, header):
 
 
 def _begin(header, path, begin, expected):
-    """Where uncompressed samples begin; a HeaderSize of -1 means that they end with the file."""
+    """Where samples begin, of which a number of bytes is expected: at HeaderSize from the beginning of the file.
+
+    With -1, they end with the file; compressed ones then begin behind the header, as without it.
+    """
     size, skipped = check_file(path), _integer(header, "HeaderSize", 0)
-    begin = size - expected if skipped < 0 else begin + skipped
+    if skipped > 0:
+        begin = skipped
+    elif skipped < 0 and expected > 0:
+        begin = size - expected
     got = max(size - begin, 0)
     if got < expected or begin < 0:
         raise ValueError(f"expected {expected} bytes of samples, got {got} bytes: the file is truncated")

@@ -163,11 +163,11 @@ def read_volume(
             volume = read(path)
         volume = volume.replace(format=volume.format or format)
         volume = volume.replace(**{field: value for field, value in given.items() if value is not None})
-        if nan is not None and volume.data.dtype.kind == "f":
-            volume = volume.replace(data=without_nan(volume.data, nan))
         _positive(_numbers(volume.spacing, "spacing", (3,)), "spacing")
         _numbers(volume.origin, "origin", (3,))
         _spanning(_numbers(volume.direction, "direction", (3, 3)), "direction")
+    if nan is not None and volume.data.dtype.kind == "f":
+        volume = volume.replace(data=without_nan(volume.data, nan))
     return volume
 
 
@@ -204,6 +204,8 @@ def check_nan(nan: float | None) -> None:
 
 def without_nan(samples: NDArray[Any], nan: float) -> NDArray[Any]:
     """Samples of floating point, with a number in place of NaN."""
+    if abs(nan) > float(np.finfo(samples.dtype).max):
+        raise ValueError(f"nan: expected a number that {samples.dtype.newbyteorder('=')} holds, got {nan}")
     return np.where(np.isnan(samples), samples.dtype.type(nan), samples)
 
 

@@ -102,7 +102,7 @@ def _choose(image, name):
     for attributes, of_cells in ((image.GetPointData(), False), (image.GetCellData(), True)):
         every = (attributes.GetArray(index) for index in range(attributes.GetNumberOfArrays()))
         arrays = {array.GetName(): (array, of_cells) for array in every if array is not None}
-        if name in arrays:
+        if name is not None and name in arrays:  # arrays without a name have None
             return arrays[name]
         if name is None and attributes.GetScalars() is not None:
             return attributes.GetScalars(), of_cells

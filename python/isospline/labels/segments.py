@@ -182,7 +182,7 @@ def whole_numbers(data: NDArray[Any], dimensions: tuple[int, ...] = (3,)) -> NDA
     if data.ndim not in dimensions or 0 in data.shape:
         raise ValueError(f"data: expected a three-dimensional array of labels, got shape {data.shape}")
     if data.dtype.kind == "b":
-        return data.view(np.uint8)
+        return (data.view(np.uint8) != 0).view(np.uint8)  # other bytes than 0 and 1 are true as well
     if data.dtype.kind in "iu":
         if data.dtype == np.uint64 and data.max() > np.iinfo(np.int64).max:
             raise ValueError(f"data: expected labels below 2**63, got {data.max()}")

@@ -325,7 +325,7 @@ class Image:
             variance.B, certified, id.geometry, and id.primitive and id.primitive_high; a primitive id is
             ``id.primitive + 2**32 * id.primitive_high``. A mask is stored as id.geometry.
         half : bool
-            Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
+            Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits; the largest number is 65504.
         quality : int
             Quality of a JPEG file, from 1 to 100 (best).
 

@@ -115,3 +115,12 @@ def test_info_of_raw_samples(tmp_path, capsys):
         assert main(["info", str(tmp_path / "a.raw"), "--shape", shape, "--dtype", "uint16", "--big-endian"]) == 0
         text = capsys.readouterr().out
         assert "5 x 4 x 3   uint16" in text and "range      0 to 59" in text
+
+
+def test_the_deviation_of_samples_far_apart_is_that_of_numpy(tmp_path, capsys, rng):
+    data = rng.normal(size=(20, 30, 40)).astype(np.float32)
+    data[3, 4, 5] = 1e4
+    np.save(tmp_path / "a.npy", data)
+    assert main(["info", str(tmp_path / "a.npy"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["standard_deviation"] == pytest.approx(data.std(dtype=float), rel=1e-9)

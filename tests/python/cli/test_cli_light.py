@@ -7,6 +7,7 @@ from environment_files import write_exr, write_hdr
 
 import isospline
 from isospline.cli.main import main
+from isospline.cli.parser import join_negative
 
 COMMON = ("-l", "0", "--size", "48x32", "--samples", "2", "--light", "phong")
 TRACED = (*COMMON, "--light", "path-trace")
@@ -319,3 +320,17 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
     bad("exposure: expected stops from -64 to 64, got nan", "-l", 0, "--exposure", "nan")
     bad("--tone-map: invalid choice: 'film'", "-l", 0, "--tone-map", "film")
     assert not picture.exists()
+
+
+@pytest.mark.parametrize("matrix", ["1 0 0 nan", "1 0 0 0"])
+def test_a_bad_matrix_of_a_mesh_has_an_error_that_names_its_file(ball, plate, picture, tmp_path, capsys, matrix):
+    rows = [matrix, "0 1 0 0", "0 0 1 0", "0 0 0 1" if "nan" in matrix else "0 0 1 1"]
+    (tmp_path / "m.txt").write_text("\n".join(rows), encoding="utf-8")
+    message = r"m\.txt: expected finite numbers and the last row 0 0 0 1, got \[\[1\.0"
+    fails(capsys, 2, message, "render", ball, "-o", picture, "--mesh", f"{plate}@{tmp_path / 'm.txt'}")
+    message = r"--mesh: expected FILE@x,y,z or FILE@MATRIX, got '1,2,nan' after the @"
+    fails(capsys, 2, message, "render", ball, "-o", picture, "--mesh", f"{plate}@1,2,nan")
+
+
+def test_negative_levels_in_capitals():
+    assert join_negative(["render", "--level", "-1E-3", "-l", "-2e1"]) == ["render", "--level=-1E-3", "-l-2e1"]

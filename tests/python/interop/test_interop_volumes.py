@@ -345,3 +345,10 @@ def test_a_grid_of_pyvista_has_samples_of_its_own(dtype):
     np.testing.assert_array_equal(grid["values"], before.ravel())
     grid["values"][:] = 1
     np.testing.assert_array_equal(samples, before)
+
+
+def test_the_active_scalars_come_before_an_array_without_a_name(data):
+    vtk = pytest.importorskip("vtkmodules.util.numpy_support")
+    image = vtk_image(data)
+    image.GetPointData().AddArray(vtk.numpy_to_vtk(np.full(data.size, 7.0), deep=True))
+    assert isospline.Volume.from_vtk(image).sample(ORIGIN) == pytest.approx(data[0, 0, 0], abs=1e-5)

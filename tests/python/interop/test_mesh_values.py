@@ -174,3 +174,10 @@ def test_parts_of_a_scene_keep_values_that_all_of_them_have(mesh):
     np.testing.assert_array_equal(found.values, VALUES + VALUES)
     scene.add_geometry(trimesh.creation.box())
     assert isospline.Mesh.from_trimesh(scene).values is None
+
+
+def test_ids_that_pyvista_adds_are_no_values():
+    pyvista = pytest.importorskip("pyvista")
+    split = pyvista.Sphere().compute_normals(split_vertices=True)
+    assert "pyvistaOriginalPointIds" in split.point_data
+    assert isospline.Mesh.from_pyvista(split).values is None

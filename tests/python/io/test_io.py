@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import warnings
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -912,3 +913,39 @@ def test_the_place_of_samples_may_be_any_numbers():
     assert isospline.Labels(data).measure().enclosed_volumes == pytest.approx(24 * 2**3)
     with pytest.raises(ValueError, match=r"direction: expected shape \(3, 3\), got \(2, 2\)"):
         isospline.VolumeData(np.ones((2, 3, 4)), direction=np.eye(2))
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("detached", [False, True])
+def test_the_header_of_metaimage_has_the_size_that_it_says(data, tmp_path, detached, compressed):
+    packed = zlib.compress(data.tobytes()) if compressed else data.tobytes()
+    size = " ".join(map(str, data.shape[::-1]))
+    lines = ["ObjectType = Image", "NDims = 3", "BinaryData = True", f"CompressedData = {compressed}"]
+    lines += [f"CompressedDataSize = {len(packed)}", "HeaderSize = 512", f"DimSize = {size}", "ElementType = MET_SHORT"]
+    lines.append(f"ElementDataFile = {'a.raw' if detached else 'LOCAL'}\n")
+    header, path = "\n".join(lines).encode(), tmp_path / "a.mha"
+    path.write_bytes(header if detached else header.ljust(512) + packed + bytes(600))
+    (tmp_path / "a.raw").write_bytes(bytes(512) + packed + bytes(600))
+    np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(path)), data)
+    np.testing.assert_array_equal(read_volume(path).data, data)
+
+
+def test_bytes_of_booleans_other_than_0_are_true(tmp_path):
+    """As for NumPy, which keeps the bytes of a file."""
+    mask = np.zeros((4, 5, 6), np.uint8)
+    mask[1:3, 1:3, 1:4] = 255
+    mask.tofile(tmp_path / "mask.raw")
+    read = read_volume(tmp_path / "mask.raw", shape=mask.shape, dtype=bool)
+    plain = isospline.Volume(mask.astype(bool).astype(float))
+    for given in (mask.view(bool), mask.view(bool)[:, ::-1], read.data):
+        flipped = plain if given[1, 1, 1] else isospline.Volume((mask != 0)[:, ::-1].astype(float))
+        np.testing.assert_allclose(isospline.Volume(given).sample([2, 2, 2]), flipped.sample([2, 2, 2]), atol=1e-6)
+    assert isospline.suggest_levels(read.data) == [0.5]
+    assert isospline.Labels(mask.view(bool)).numbers == isospline.Labels(read).numbers == (1,)
+
+
+@pytest.mark.parametrize("nan, dtype", [(1e39, "f4"), (-1e5, "f2")])
+def test_a_number_in_place_of_nan_fits_the_samples(tmp_path, nan, dtype):
+    np.save(tmp_path / "a.npy", np.full((4, 4, 4), np.nan, dtype))
+    with pytest.raises(ValueError, match=rf"^nan: expected a number that {np.dtype(dtype)} holds, got"):
+        read_volume(tmp_path / "a.npy", nan=nan)

@@ -1,5 +1,6 @@
 """Arrays of an image, and the files it is written to."""
 
+import copy
 import errno
 import io
 import os
@@ -240,3 +241,12 @@ def test_files_replace_older_ones_and_obey_the_umask(image, tmp_path):
         fresh = tmp_path / f"fresh{suffix}"
         fresh.touch()
         assert path.stat().st_mode == fresh.stat().st_mode
+
+
+def test_half_has_the_largest_number_in_place_of_infinity(image, tmp_path):
+    bright = copy.copy(image)
+    bright.color[0, 0] = (1e5, -1e5, 0.25, 1.0)
+    bright.write(tmp_path / "image.exr", half=True)
+    with OpenEXR.File(str(tmp_path / "image.exr"), separate_channels=True) as file:
+        assert [float(file.channels()[name].pixels[0, 0]) for name in "RGBA"] == [65504, -65504, 0.25, 1]
+    assert image.color.max() < 1e5
