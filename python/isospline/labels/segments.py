@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _core
 from ..base.foreign import close_name
 from ..base.mistakes import refuse_images, sentence
 from ..base.parameters import check_plain
@@ -182,7 +183,7 @@ def whole_numbers(data: NDArray[Any], dimensions: tuple[int, ...] = (3,)) -> NDA
     if data.ndim not in dimensions or 0 in data.shape:
         raise ValueError(f"data: expected a three-dimensional array of labels, got shape {data.shape}")
     if data.dtype.kind == "b":
-        return (data.view(np.uint8) != 0).view(np.uint8)  # other bytes than 0 and 1 are true as well
+        return _core._as_array(data, "data").view(np.uint8)  # whose bytes are 0 or 1
     if data.dtype.kind in "iu":
         if data.dtype == np.uint64 and data.max() > np.iinfo(np.int64).max:
             raise ValueError(f"data: expected labels below 2**63, got {data.max()}")
