@@ -99,13 +99,14 @@ def surface_distance(
         points, bounds = _points_of_mesh(surface, samples, seed), largest_distance_of_mesh
     else:
         points, bounds = surface.sample_points(samples, seed=seed)["points"], largest_distance
-    distances = target.closest_points(points)["distances"]
+    nearest = target.closest_points(points)
+    distances = nearest["distances"]
     if not np.isfinite(distances).all():
         raise ValueError("other: expected a surface with points, got one without")
     squares = distances**2
     quantiles = np.quantile(distances, (0.5, 0.95, 0.99))
-    largest = float(distances.max())
-    tolerance = _default_tolerance(surface, other, largest) if tolerance is None else tolerance
+    if tolerance is None:
+        tolerance = _default_tolerance(surface, other, float(distances.max()))
     if signed:
         is_inside = target.contains(points) if isinstance(target, Isosurface) else target.occupancy(points)
         distances = np.where(is_inside, -distances, distances)
@@ -115,7 +116,7 @@ def surface_distance(
         mean=Measurement(float(distances.mean()), float(distances.std(ddof=1) / math.sqrt(samples))),
         rms=Measurement(rms, square_error / (2 * rms) if rms > 0 else 0.0),
         quantiles=quantiles,
-        maximum=bounds(surface, target, largest, tolerance),
+        maximum=bounds(surface, target, nearest, tolerance),
         points=points,
         distances=distances,
     )

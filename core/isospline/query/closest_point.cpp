@@ -220,7 +220,10 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
                     const VolumeCell cell = enter(row);
                     push_box(surface_box<Degree>(cell, row), cell, 0.0);
                 }
-                count += static_cast<int>(node->count);
+                // Near the centre of a sphere, many cells are nearer than the first box: without a point, all are
+                // opened.
+                if (nearest.is_known)
+                    count += static_cast<int>(node->count);
             }
         }
         if (!queue.empty())

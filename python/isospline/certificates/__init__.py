@@ -56,8 +56,7 @@ def check(certificate: dict[str, Any], volume: Volume) -> None:
     CertificateError
         If the certificate does not prove its statement, or if it is about another volume.
     """
-    if not isinstance(volume, _core.Volume):
-        raise TypeError(f"volume: expected a Volume, got {type(volume).__name__}")
+    _check_volume(volume)
     try:
         for name, value in describe_volume(volume).items():
             if certificate["model"][name] != value:
@@ -67,6 +66,11 @@ def check(certificate: dict[str, Any], volume: Volume) -> None:
         raise CertificateError(f"certificate: expected one that proves its statement, but {error}") from None
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
         raise CertificateError(f"certificate: expected one of version 1, got a damaged one ({error!r})") from None
+
+
+def _check_volume(volume):
+    if not isinstance(volume, _core.Volume):
+        raise TypeError(f"volume: expected a Volume, got {type(volume).__name__}")
 
 
 def write_coefficients(volume: Volume, path: str | PathLike[str]) -> None:
@@ -80,6 +84,7 @@ def write_coefficients(volume: Volume, path: str | PathLike[str]) -> None:
     path : path
         The file to write.
     """
+    _check_volume(volume)
     output = _core.OutputFile(path)
     try:
         volume._stored_coefficients.astype("<f4").tofile(output.temporary)

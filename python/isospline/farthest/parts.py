@@ -17,31 +17,32 @@ FIRST_BOXES = 1 << 12
 AT_A_TIME = 1 << 12
 
 
-def largest_distance_of_mesh(mesh, target, lower, tolerance):
-    """Bounds on the largest distance of a point of the mesh from the target, given that one is as far as `lower`.
+def largest_distance_of_mesh(mesh, target, nearest, tolerance):
+    """Bounds on the largest distance of a point of the mesh from the target, with the `nearest` points to some.
 
     For any point q of the target, |p - q| is a convex function of p. So its maximum in a triangle is at a corner.
     """
     used, place = np.unique(mesh.faces, return_inverse=True)
     found = target.closest_points(mesh.vertices[used])
-    lower = max(lower, float(found["distances"].max()))
+    largest = _Largest(nearest)
+    largest.add(found)
     triangles = mesh.vertices[mesh.faces]
-    nearest = found["points"][place.reshape(-1, 3)]
-    upper = np.min([_farthest_corner(triangles, nearest[:, corner]) for corner in range(3)], axis=0)
+    points = found["points"][place.reshape(-1, 3)]
+    upper = np.min([_farthest_corner(triangles, points[:, corner]) for corner in range(3)], axis=0)
     looked_at, left_out = 0, 0.0
     while True:
-        wanted = upper > lower + tolerance
+        wanted = upper > largest.found + tolerance
         left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
         triangles, upper = triangles[wanted], upper[wanted]
         if len(triangles) == 0:
-            return lower, max(lower, min(left_out, lower + tolerance))
+            return largest.proven, max(largest.found, min(left_out, largest.found + tolerance))
         looked_at += len(triangles)
         if looked_at > max(MOST_PARTS, len(mesh.faces)):
-            return lower, max(lower, float(upper.max(initial=left_out)))
+            return largest.proven, max(largest.found, float(upper.max(initial=left_out)))
         found = target.closest_points(triangles.mean(axis=1))
-        lower = max(lower, float(found["distances"].max()))
+        largest.add(found)
         upper = np.minimum(upper, _farthest_corner(triangles, found["points"]))
-        wanted = upper > lower + tolerance
+        wanted = upper > largest.found + tolerance
         left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
         a, b, c = triangles[wanted].transpose(1, 0, 2)
         ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
@@ -50,12 +51,26 @@ def largest_distance_of_mesh(mesh, target, lower, tolerance):
         upper = np.tile(upper[wanted], 4)
 
 
+class _Largest:
+    """The largest distance of points from the target that was found, and what is proven of it."""
+
+    def __init__(self, nearest):
+        self.found = self.proven = 0.0
+        self.add(nearest)
+
+    def add(self, nearest):
+        """Take account of nearest points; their distances are too large by their error bounds, at most."""
+        distances = nearest["distances"]
+        self.found = max(self.found, float(distances.max(initial=0.0)))
+        self.proven = max(self.proven, float((distances - nearest["error_bounds"]).max(initial=0.0)))
+
+
 def _farthest_corner(triangles, points):
     return np.linalg.norm(triangles - points[:, None], axis=2).max(axis=1)
 
 
-def largest_distance(surface, target, lower, tolerance):
-    """Bounds on the largest distance of a point of the surface from the target, given that one is as far as `lower`."""
+def largest_distance(surface, target, nearest, tolerance):
+    """Bounds on the largest distance of a point of the surface from the target, with the `nearest` points to some."""
     volume = surface.volume
     slabs = Slabs(surface)
     shift = 0.5 if volume.degree % 2 == 0 else 0.0
@@ -66,6 +81,7 @@ def largest_distance(surface, target, lower, tolerance):
     halves, upper = np.full(len(centers), edge / 2), np.full(len(centers), np.inf)
     corners = np.array(list(itertools.product((-1, 1), repeat=3)))
     waiting = centers[:0], halves[:0], upper[:0]
+    largest = _Largest(nearest)
     looked_at, left_out = 0, 0.0
     while True:
         looked_at += len(centers)
@@ -76,15 +92,15 @@ def largest_distance(surface, target, lower, tolerance):
         centers, halves, upper = centers[has_surface], halves[has_surface], upper[has_surface]
         points = on_surface["points"][has_surface]
         found = target.closest_points(points)
-        lower = max(lower, float(found["distances"].max(initial=0.0)))
-        upper = np.minimum(upper, slabs.bounds(centers, halves, points, found["points"], lower + tolerance))
+        largest.add(found)
+        upper = np.minimum(upper, slabs.bounds(centers, halves, points, found["points"], largest.found + tolerance))
         # The boxes with the largest bounds are divided into eight.
         centers, halves, upper = (np.concatenate(each) for each in zip(waiting, (centers, halves, upper), strict=True))
-        wanted = upper > lower + tolerance
+        wanted = upper > largest.found + tolerance
         left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
         centers, halves, upper = centers[wanted], halves[wanted], upper[wanted]
         if len(centers) == 0 or looked_at >= MOST_PARTS:
-            return lower, max(lower, float(upper.max(initial=left_out)))
+            return largest.proven, max(largest.found, float(upper.max(initial=left_out)))
         order = np.argsort(-upper, kind="stable")
         now, later = order[:AT_A_TIME], order[AT_A_TIME:]
         waiting = centers[later], halves[later], upper[later]

@@ -67,8 +67,11 @@ def segments_of(values: list[int], told: dict[int, Given]) -> list[Segment]:
     return segments
 
 
-def warn_of_left_out(segments: list[Segment], counts: list[dict[int, int]], background: int) -> None:
-    """Warn of voxels with numbers that no segment of a file has; `counts` has the voxels of each number by layer."""
+def with_voxels(segments: list[Segment], counts: list[dict[int, int]], background: int) -> list[Segment]:
+    """The segments of a file that have voxels, without the background; warns of numbers that no segment has.
+
+    `counts` has the voxels of each number by layer.
+    """
     known = {(each.layer, each.value) for each in segments}
     left_out = [
         (value, count)
@@ -80,6 +83,8 @@ def warn_of_left_out(segments: list[Segment], counts: list[dict[int, int]], back
         numbers = ", ".join(str(value) for value, _ in left_out[:12]) + (", ..." if len(left_out) > 12 else "")
         voxels = sum(count for _, count in left_out)
         warn(f"the file describes no segment with the number {numbers}: {voxels} voxels are left out")
+    present = [each for each in segments if each.layer < len(counts) and each.value in counts[each.layer]]
+    return [each for each in present if each.number != background]
 
 
 def renamed(segments: list[Segment], names: Any, colors: Any) -> tuple[Segment, ...]:
@@ -173,9 +178,18 @@ def as_labels(data: ArrayLike | VolumeData) -> VolumeData:
         refuse_images(data, "an array of labels")
         data = VolumeData(np.asarray(data))
     samples = whole_numbers(data.data)
-    if samples.flags.writeable and np.may_share_memory(samples, data.data):
+    if _may_change(samples) and np.may_share_memory(samples, data.data):
         samples = samples.copy()
     return data.replace(data=samples)
+
+
+def _may_change(array):
+    """Whether an array, or one that it is a view of, can be written to."""
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return True
+        array = array.base
+    return False
 
 
 def whole_numbers(data: NDArray[Any], dimensions: tuple[int, ...] = (3,)) -> NDArray[np.integer]:

@@ -220,6 +220,7 @@ def test_segmentation_of_slicer(tmp_path):
     assert dict(zip(labels.numbers, labels.names)) == {1: "Milz", 5: "Leber rechts größer"}
     np.testing.assert_allclose(labels.colors[1], [0.5, 0.25, 1])
     assert Labels.read(tmp_path / "a.seg.nrrd", names={1: "spleen"}, spacing=(1, 1, 1)).names[0] == "spleen"
+    assert labels.numbers[1:] == Labels.read(tmp_path / "a.seg.nrrd", background=labels.numbers[0]).numbers
     # As a volume, it has the same samples: long values in the header are skipped.
     np.testing.assert_array_equal(isospline.read_volume(tmp_path / "a.seg.nrrd").data, data)
 
@@ -322,3 +323,12 @@ def test_wrong_values_in_the_header_of_slicer(tmp_path):
     nrrd.write(str(tmp_path / "c.seg.nrrd"), two_halves().T, header)
     with pytest.raises(ValueError, match=r"c.seg.nrrd: .*Segment0_LabelValue to be a whole number, got many"):
         Labels.read(tmp_path / "c.seg.nrrd")
+
+
+def test_labels_stay_if_a_read_only_view_of_an_array_is_given():
+    data = two_halves()
+    view = data.view()
+    view.flags.writeable = False
+    labels = Labels(view)
+    data[:] = 0
+    assert labels.mask(5).sum() == labels.table().voxel_counts[1] > 0

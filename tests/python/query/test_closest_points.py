@@ -431,3 +431,17 @@ def test_bad_input():
             query((0, 0, 0), max_distance=-1)
         with pytest.raises(ValueError, match="tolerance: expected a finite number above 0"):
             query((0, 0, 0), tolerance=0)
+
+
+@pytest.mark.parametrize("radius", [30, 45])
+def test_points_near_the_centre_of_a_large_ball_have_a_nearest_point(radius):
+    """All parts of the surface are about equally near: more cells are nearer than the first box than are looked at."""
+    middle = radius + 4
+    z, y, x = np.mgrid[: 2 * middle + 1, : 2 * middle + 1, : 2 * middle + 1] - middle
+    ball = isospline.Isosurface(isospline.Volume(np.sqrt(x**2 + y**2 + z**2)), radius, inside="below")
+    offsets = np.array([(0, 0, 0), (0.5, 0, 0), (1, 1, 0.5), (4, 0, 3)])
+    expected = radius - np.linalg.norm(offsets, axis=1)
+    for found in (ball.closest_points(offsets + middle), isospline.Scene(ball).closest_points(offsets + middle)):
+        np.testing.assert_allclose(found.distances, expected, atol=1e-3)
+        assert (found.error_bounds < 0.05).all()
+    np.testing.assert_allclose(isospline.Scene(ball).signed_distance(offsets + middle), -expected, atol=1e-3)

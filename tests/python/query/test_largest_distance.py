@@ -240,3 +240,16 @@ def test_surfaces_in_two_units_are_refused(measure):
     if measure is isospline.surface_distance:
         scaled = isospline.Scene([(ball("µm", 1000.0), np.diag([0.001, 0.001, 0.001, 1]))])
         assert measure(ball("mm", 1.0), scaled, samples=100).rms.value < 1e-5
+
+
+def test_the_lower_bound_allows_for_the_error_of_distances():
+    """Distances are less exact at the centre of a ball. |p - q| is convex, so corners bound the true one from above."""
+    trimesh = pytest.importorskip("trimesh")
+    field = isospline.volumes.sphere(0.7)
+    surface = isospline.Isosurface(field.volume(24), field.level)
+    mesh = isospline.Mesh.from_trimesh(trimesh.creation.icosphere(1, 1e-4))
+    points = surface.sample_points(100_000).points
+    from_vertices = [np.linalg.norm(points - vertex, axis=1) for vertex in mesh.vertices]
+    most = max(np.max([from_vertices[i] for i in face], axis=0).min() for face in mesh.faces)
+    least, largest = isospline.surface_distance(mesh, surface, samples=50, tolerance=1e-6).maximum
+    assert least <= most and largest >= max(each.min() for each in from_vertices) - 1e-4
