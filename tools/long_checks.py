@@ -21,7 +21,7 @@ PARTS = {
     "torch": ("isospline.torch, with Debian's PyTorch", "make test-torch"),
     "lowest": ("the lowest versions of Python and all packages", "make test-lowest"),
     "address": ("the C++ tests with AddressSanitizer and UndefinedBehaviorSanitizer", "make sanitize-address"),
-    "address-python": ("the Python tests of the compiled module with both", "make sanitize-python"),
+    "address-python": ("the fast Python tests of the compiled module with both", "make sanitize-python"),
     "thread": ("ThreadSanitizer", "make sanitize-thread"),
     "alone": ("each source compiled alone by Clang: missing includes, shadowed names", "make clang UNITY=OFF"),
     "bench": ("all rows of the benchmark, small", "make bench BENCH=--quick"),

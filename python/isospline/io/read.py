@@ -196,16 +196,19 @@ def errors_name(path: str | os.PathLike[str], format: str, extra: str = "io") ->
         raise ValueError(f"{printable(path)}: cannot be read as {format}: {_reason(error)}") from error
 
 
-def check_nan(nan: float | None) -> None:
-    """Check a number in place of NaN; None leaves them."""
-    if nan is not None and not math.isfinite(number(nan, "nan")):
+def check_nan(nan: float | None, dtype: np.dtype[Any] | None = None) -> None:
+    """Check a number in place of NaN, of samples of a type if that is known; None leaves them."""
+    if nan is None:
+        return
+    if not math.isfinite(number(nan, "nan")):
         raise ValueError(f"nan: expected a finite number in place of NaN, got {nan}")
+    if dtype is not None and dtype.kind == "f" and abs(nan) > float(np.finfo(dtype).max):
+        raise ValueError(f"nan: expected a number that {dtype.newbyteorder('=')} holds, got {nan}")
 
 
 def without_nan(samples: NDArray[Any], nan: float) -> NDArray[Any]:
     """Samples of floating point, with a number in place of NaN."""
-    if abs(nan) > float(np.finfo(samples.dtype).max):
-        raise ValueError(f"nan: expected a number that {samples.dtype.newbyteorder('=')} holds, got {nan}")
+    check_nan(nan, samples.dtype)
     return np.where(np.isnan(samples), samples.dtype.type(nan), samples)
 
 

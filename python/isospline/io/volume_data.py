@@ -25,6 +25,14 @@ if TYPE_CHECKING:
     from ..scene import Volume
 
 
+def affine_of(grid: Any) -> NDArray[np.float64]:
+    """The (4, 4) matrix from index (x, y, z, 1) to world of what has a spacing, an origin and a direction."""
+    affine = np.eye(4)
+    affine[:3, :3] = grid.direction * grid.spacing
+    affine[:3, 3] = grid.origin
+    return affine
+
+
 @explained_methods
 @dataclass(frozen=True, eq=False)
 class VolumeData(Shown):
@@ -130,10 +138,7 @@ class VolumeData(Shown):
     @property
     def affine(self) -> NDArray[np.float64]:
         """(4, 4) float64 array: index (x, y, z, 1) to world."""
-        affine = np.eye(4)
-        affine[:3, :3] = self.direction * self.spacing
-        affine[:3, 3] = self.origin
-        return affine
+        return affine_of(self)
 
     def position(self, index: ArrayLike) -> NDArray[np.float64]:
         """World positions, (..., 3) float64 array, of (..., 3) indices (x, y, z), which need not be whole."""

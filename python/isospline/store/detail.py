@@ -83,9 +83,9 @@ def scale_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: 
 
 def _pixels_per_voxel(level: ScaleMetadata, to_image: Any, size: Any) -> float:
     """The largest extent of a voxel's edges in the picture, over the volume's box; infinite behind the eye."""
-    steps = np.array(level.direction) * level.spacing  # columns
     axes = [np.linspace(-0.5, count - 0.5, _POINTS) for count in level.shape[::-1]]
     index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    steps = level.affine[:3, :3]  # columns
     points = np.array(level.origin) + index @ steps.T
 
     def project(world):

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.parameters import check_path, printable
+from ..io.volume_data import affine_of
 from .ome import UNITS
 
 #: Version of the attribute "isospline"; readers refuse others. Version 1 had coefficients where version 2 has the
@@ -74,10 +75,7 @@ class ScaleMetadata:
     @property
     def affine(self) -> NDArray[np.float64]:
         """4 x 4 matrix from grid to world coordinates, as in a `Volume`."""
-        affine = np.eye(4)
-        affine[:3, :3] = self.direction * self.spacing
-        affine[:3, 3] = self.origin
-        return affine
+        return affine_of(self)
 
 
 @dataclass(frozen=True, eq=False)

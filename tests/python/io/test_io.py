@@ -1,6 +1,7 @@
 """Reading volumes from files of independent writers. The oracle is their own position of a sample."""
 
 import contextlib
+import os
 import re
 import subprocess
 import sys
@@ -949,3 +950,7 @@ def test_a_number_in_place_of_nan_fits_the_samples(tmp_path, nan, dtype):
     np.save(tmp_path / "a.npy", np.full((4, 4, 4), np.nan, dtype))
     with pytest.raises(ValueError, match=rf"^nan: expected a number that {np.dtype(dtype)} holds, got"):
         read_volume(tmp_path / "a.npy", nan=nan)
+    if dtype == "f4":
+        with pytest.raises(ValueError, match="^nan: expected a number that float32 holds, got"):
+            isospline.convert(tmp_path / "a.npy", tmp_path / "a.zarr", nan=nan)
+        assert os.listdir(tmp_path) == ["a.npy"]

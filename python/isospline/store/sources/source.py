@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...io.checks import check_samples
-from ...io.read import without_nan
+from ...io.read import check_nan, without_nan
 from ..layout import slices_of
 
 #: Identifies a source, so that a continued conversion can check that it is still the same.
@@ -102,6 +102,7 @@ class WithoutNan(Source):
     """The samples of another source, with a number in place of NaN."""
 
     def __init__(self, source: Source, nan: float) -> None:
+        check_nan(nan, source.dtype)
         self._source, self._nan = source, float(nan)
         super().__init__(source.shape, source.dtype, {**source.identity, "nan": self._nan})
         self.move(**source.frame, unit=source.unit, patient=source.patient)
