@@ -301,17 +301,19 @@ double FaceDistance<Degree>::piece_bound(const Corners& piece, FaceLabel label, 
             most = std::max(most, metric_.length(corner - point));
         return most;
     };
+    // Where excess is measured, a bound for a distance just below the reach needs smaller pieces.
+    const double small = with_excess_ ? 0x1p-8 : 0.125;
     if (length < reach) {
         if (const auto near = foot(center, label))
             best = std::min(best, farthest_from(*near));
         if (best <= reach)
             return best;
         // The search for the nearest point is slower, and never fails.
-        const bool is_small = length < 0.125 * reach;
+        const bool is_small = length < small * reach;
         if (is_small || length < 0.5 * reach) {
             if (!finder_)
                 finder_ = std::make_unique<ClosestPointFinder>(field_.surface(),
-                                                               ClosestPointOptions{.tolerance = reach / 64.0});
+                                                               ClosestPointOptions{.tolerance = 0.125 * small * reach});
             const glm::dmat4& to_world = field_.surface().volume().lattice_to_world();
             const glm::dvec3 center_world = transform_point(to_world, center);
             double distance = finder_->within(center_world, reach).distance;

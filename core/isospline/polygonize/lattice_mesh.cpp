@@ -3,8 +3,10 @@
 #include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/covering.h"
 #include "isospline/polygonize/editable_mesh.h"
+#include "isospline/polygonize/face_distance.h"
 #include "isospline/polygonize/lattice_mesher.h"
 #include "isospline/polygonize/nearness.h"
+#include "isospline/polygonize/simplified_mesh.h"
 #include "isospline/polygonize/tetrahedron_mesher.h"
 #include "isospline/util/parallel.h"
 
@@ -27,8 +29,10 @@ namespace {
 constexpr double shortest_edge = 1e-3, shortest_before_simplification = 1e-6;
 /// Subdivisions of a cell in the lattice of all cubes; those that are too coarse are refined further.
 constexpr int finest_lattice = 8;
-/// If more than one cube in this number is too coarse, all are halved.
-constexpr std::size_t most_coarse = 4;
+/// If more than one cube in this number is too coarse, all are halved. Halving one alone costs more.
+constexpr std::size_t most_coarse = 2;
+/// Faces with all samples within this part of the tolerance are not measured further.
+constexpr double part_if_clear = 0.6;
 constexpr int most_rounds = 12;
 
 /// A box around a face whose interior is not empty.
@@ -67,7 +71,8 @@ std::size_t count_cubes(const std::vector<Box>& boxes, double steps)
 {
     std::unordered_set<CrossingKey> cubes;
     for (const Box& box : boxes) {
-        const glm::ivec3 first(glm::floor(steps * box.lower)), last(glm::floor(steps * box.upper));
+        const glm::ivec3 first(glm::floor(steps * box.lower));
+        const glm::ivec3 last = glm::max(first, glm::ivec3(glm::ceil(steps * box.upper)) - 1);
         glm::ivec3 at;
         for (at.z = first.z; at.z <= last.z; ++at.z)
             for (at.y = first.y; at.y <= last.y; ++at.y)
@@ -103,8 +108,8 @@ public:
         return join_parts(std::move(parts), part_of(progress, 0.8, 1.0));
     }
 
-    /// Boxes with surface that is not proven to be near the mesh, and boxes of faces that are measured not to be near
-    /// the surface.
+    /// Boxes with surface that is not proven to be near the mesh, and boxes of faces with samples that are not near the
+    /// surface, or, if some are just near it, without a proof that the face is.
     std::vector<Box> far_boxes(const LabeledMesh& mesh, double tolerance, const CellFilter& filter,
                                const Progress& progress) const
     {
@@ -113,18 +118,25 @@ public:
         const CoveringEdges edges{std::min(0.25 * tolerance / metric.shortest_edge, 0.125 * cube), 0.5 * cube};
         std::vector<Box> boxes =
             cover_surface(field_, mesh, tolerance, edges, filter, part_of(progress, 0.0, 0.7)).uncovered;
-        const Nearness<Degree> nearness(field_, metric, tolerance);
+        const Nearness<Degree> usual(field_, metric, tolerance), clear(field_, metric, part_if_clear * tolerance);
+        const double reach = tolerance / part_of_lattice; // of the mesh that is simplified
         std::vector<std::uint8_t> is_far(mesh.faces.size(), 0);
         parallel_for(
             mesh.faces.size(), 4096,
             [&](std::size_t begin, std::size_t end) {
+                FaceDistance<Degree> distance(field_, metric, false);
                 for (std::size_t i = begin; i < end; ++i) {
                     const Corners corners = corners_of(mesh, i);
-                    const auto is_near = [&](const glm::dvec3& at) { return nearness.is_near(at, mesh.labels[i]); };
+                    const FaceLabel label = mesh.labels[i];
                     const glm::ivec3 cell((corners[0] + corners[1] + corners[2]) / 3.0);
                     const glm::ivec3 first = cell / brick_size * brick_size;
-                    is_far[i] = (!filter || has_cell(filter(first), cell - first)) &&
-                                !for_each_sample(corners, measured_spacing, is_near);
+                    if (filter && !has_cell(filter(first), cell - first))
+                        continue;
+                    const auto are_near = [&](const Nearness<Degree>& nearness) {
+                        return for_each_sample(corners, measured_spacing,
+                                               [&](const glm::dvec3& at) { return nearness.is_near(at, label); });
+                    };
+                    is_far[i] = !are_near(clear) && (!are_near(usual) || distance.bound(corners, label, reach) > reach);
                 }
             },
             part_of(progress, 0.7, 1.0));

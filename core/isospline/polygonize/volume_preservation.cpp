@@ -22,8 +22,6 @@ constexpr double largest_step = 0.5;
 /// The longest edge of the parts of a face where heights are measured first, in cells, and their number along an edge.
 constexpr double first_part_edge = 2.0;
 constexpr int most_first_parts = 8;
-/// A change of the mean height by this part of the reach is small.
-constexpr double small_change = 1e-3;
 /// Planes at a smaller angle count as parallel.
 constexpr double least_sine = 1e-3;
 constexpr glm::dmat3 unit_vectors(1.0);
@@ -155,7 +153,7 @@ double VolumePreservation<Degree>::volume_along(const Corners& corners, const Co
     for (double edge = first_part_edge; edge > care.part_edge && longest > care.part_edge * count; edge *= 0.5) {
         const double before = volume;
         volume = measured(count *= 2);
-        if (std::abs(volume - before) <= small_change * reach_ * 0.5 * glm::length(constant))
+        if (std::abs(volume - before) <= care.small_change * reach_ * 0.5 * glm::length(constant))
             break;
     }
     return volume;

@@ -55,10 +55,13 @@ private:
     /// How closely the volume at a face is measured: at points in its parts. These are halved until the volume changes
     /// little.
     struct Care {
-        double part_edge; ///< of parts that are not halved, in cells
-        double reach;     ///< the largest height, as a multiple of that of the object
+        double part_edge;    ///< of parts that are not halved, in cells
+        double small_change; ///< of the mean height, after which parts are not halved; as a part of the reach
+        double reach;        ///< the largest height, as a multiple of that of the object
     };
-    static constexpr Care care_of_moves{2.0, 1.0}, care_of_report{0.5, 3.0};
+    static constexpr Care care_of_moves{2.0, 1e-3, 1.0};
+    /// Surfaces of degree 1 have creases where cells meet.
+    static constexpr Care care_of_report = Degree == 1 ? Care{0.25, 2.5e-4, 3.0} : Care{0.5, 1e-3, 3.0};
 
     double height(const glm::dvec3& at, const glm::dvec3& outward, double reach) const;
     glm::dvec3 area_of(const Corners& corners) const;

@@ -115,6 +115,15 @@ def test_noise_is_within_the_tolerance(case):
         assert report["self_intersections"] == count_crossings(mesh) == 0
 
 
+def test_smooth_noise_is_within_a_fine_tolerance():
+    """The mesh of the lattice may have faces beyond the tolerance between the points where they are measured."""
+    samples = ndimage.gaussian_filter(np.random.default_rng(6).normal(size=(12, 12, 12)), 1.0)
+    surface = isospline.Isosurface(isospline.Volume(samples), 0.05, closed=True)
+    mesh, report = meshed(surface, 0.1)
+    check_mesh_to_surface(surface, mesh, report, 0.1, 500)
+    assert report["distance"] <= 0.1
+
+
 def test_a_smaller_tolerance_does_not_give_fewer_faces():
     # A face at which the first proof fails leaves what is around it fine, but not all of a small volume.
     data = ndimage.gaussian_filter(np.random.default_rng(1).normal(size=(10, 8, 8)), 1.0)
