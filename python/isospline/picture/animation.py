@@ -65,8 +65,9 @@ def turntable(
 ) -> Path:
     """Render one turn around a scene to a video or to numbered pictures.
 
-    Frame k of n is seen from the camera ``turntable_cameras(scene, n)[k]``; after the last frame, the first one follows
-    without a jump. Frames are written as they are rendered. Ctrl-C stops the work.
+    Frame k of n is seen from the camera ``turntable_cameras(scene, n)[k]``, or with marks from one that leaves space
+    for them; after the last frame, the first one follows without a jump. Frames are written as they are rendered.
+    Ctrl-C stops the work.
 
     Parameters
     ----------
