@@ -155,7 +155,8 @@ def render(
     scene = as_scene(scene, level)
     if camera is not None:
         check_camera(camera)
-    look = resolve(scene, lit(scene, camera, size, light, environment), color, opacity)
+    light = lit(scene, camera, size, light, environment)
+    look = resolve(scene, light, color, opacity)
     names = marks_of(annotate, scene, camera, look, unit, is_default=is_default, is_crop=crop is not None)
     marks = Marks(scene, look, size, names, legend, unit)
     if marks and crop is not None:
@@ -163,10 +164,14 @@ def render(
     is_fitted = camera is None
     if camera is None:
         camera = marks.camera(size=size)
+    shown = in_detail(scene, given, [camera], size)
+    if shown is not scene:  # rules and their bars measure what is shown
+        look = resolve(shown, light, color, opacity)
+        marks = Marks(shown, look, size, names, legend, unit)
     options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "progress": progress}
     options.update(samples=samples_of(samples, look), background=background_of(background, look))
     options.update(ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding)
-    image = without_marks(in_detail(scene, given, camera, size), camera, look, **options)
+    image = without_marks(shown, camera, look, **options)
     return marks.draw(image, camera, is_fitted=is_fitted)
 
 
