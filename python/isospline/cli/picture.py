@@ -15,6 +15,7 @@ from ..colors import color_of, named_color
 from ..levels import count_pieces
 from ..picture.annotations import ANNOTATIONS, check_annotations, shown_looks
 from ..picture.cameras import camera_for, turntable_cameras
+from ..picture.lights import resolve
 from ..picture.marks import Marks, unit_of
 from .given import keywords, refuse_without
 
@@ -162,6 +163,8 @@ def marks_for(arguments, scene, look):
     --annotate without a value draws a colour bar if there is a colour map.
     """
     light, unit = look["light"], unit_of(scene)
+    if arguments.annotate or arguments.legend:
+        light = resolve(scene, light)  # completes rules that depend on objects
     names = arguments.annotate
     if names is None:
         is_plain = arguments.session or arguments.output.lower().endswith(".exr") or not unit
