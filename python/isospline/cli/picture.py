@@ -13,8 +13,9 @@ import isospline
 from ..base.views import DEFAULT_VIEW
 from ..colors import color_of, named_color
 from ..levels import count_pieces
-from ..picture.annotations import ANNOTATIONS, check_annotations, color_rules
+from ..picture.annotations import ANNOTATIONS, check_annotations, shown_looks
 from ..picture.cameras import camera_for, turntable_cameras
+from ..picture.lights import resolve
 from ..picture.marks import Marks, unit_of
 from .given import keywords, refuse_without
 
@@ -36,7 +37,7 @@ def add_picture_options(group):
         "--annotate",
         type=_annotations,
         nargs="?",
-        const=ANNOTATIONS,
+        const=True,
         metavar="MARKS",
         help="draw scale-bar, colorbar, both with a comma, or none; without a value, all that apply; by default a "
         "scale bar in a .png or a video if the unit is known",
@@ -162,13 +163,14 @@ def marks_for(arguments, scene, look):
     --annotate without a value draws a colour bar if there is a colour map.
     """
     light, unit = look["light"], unit_of(scene)
+    if arguments.annotate or arguments.legend:
+        light = resolve(scene, light)  # completes rules that depend on objects
     names = arguments.annotate
     if names is None:
         is_plain = arguments.session or arguments.output.lower().endswith(".exr") or not unit
         names = () if is_plain else ("scale_bar",)
-    elif names == ANNOTATIONS and not color_rules(light):
-        names = ("scale_bar",)
-    return Marks(scene, light, arguments.size, check_annotations(names, None, light, None), arguments.legend, unit)
+    names = check_annotations(names, None, shown_looks(scene, light), None)
+    return Marks(scene, light, arguments.size, names, arguments.legend, unit)
 
 
 def announce_time(scene, camera, count, options, say):

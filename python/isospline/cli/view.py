@@ -12,7 +12,6 @@ import isospline
 
 from ..base.parameters import check_count
 from ..io.read import has_names
-from ..picture.annotations import ANNOTATIONS
 from ..picture.marks import unit_of
 from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.detail import is_store
@@ -120,7 +119,7 @@ def session_image(arguments, progress):
         state = state.replace(camera=camera_towards(document, maker, state, "home", arguments.size))
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
     camera = state.camera.camera()
-    if arguments.annotate == ANNOTATIONS:
+    if arguments.annotate is True:
         draw_measurements(image, state.measurements, camera, unit_of(maker.scene))
     return marks_for(arguments, maker.scene, maker.look(state)).draw(image, camera, is_fitted=False)
 

@@ -19,6 +19,7 @@ from ..base.views import DEFAULT_VIEW, SIZE, View
 from .annotations import Annotation
 from .cameras import Projection, camera_for
 from .defaults import background_of, marks_of
+from .files import in_detail
 from .image import Image
 from .lights import Light, in_environment, resolve
 from .marks import Marks
@@ -65,8 +66,9 @@ def turntable(
 ) -> Path:
     """Render one turn around a scene to a video or to numbered pictures.
 
-    Frame k of n is seen from the camera ``turntable_cameras(scene, n)[k]``; after the last frame, the first one follows
-    without a jump. Frames are written as they are rendered. Ctrl-C stops the work.
+    Frame k of n is seen from the camera ``turntable_cameras(scene, n)[k]``, or with marks from one that leaves space
+    for them; after the last frame, the first one follows without a jump. Frames are written as they are rendered.
+    Ctrl-C stops the work.
 
     Parameters
     ----------
@@ -134,7 +136,7 @@ def turntable(
     check_quality(quality)
     check_count(samples, "samples", 65536)
     is_default = light is None and environment is None
-    scene = as_scene(scene, level)
+    given, scene = scene, as_scene(scene, level)
     frame: dict[str, Any] = dict(view=view, up=up, projection=projection, field_of_view=field_of_view)
     frame.update(size=size, margin=margin)
     upward = None
@@ -145,6 +147,10 @@ def turntable(
     names = marks_of(annotate, scene, None, look, unit, is_default=is_default)
     marks = Marks(scene, look, size, names, legend, unit)
     cameras = marks.cameras(count, **frame)
+    shown = in_detail(scene, given, cameras, size)
+    if shown is not scene:  # rules and their bars measure what is shown
+        look = resolve(shown, light, color, opacity)
+        marks = Marks(shown, look, size, names, legend, unit)
     if isinstance(look, Studio) and look.up is None:  # the same ground for all cameras
         look = look.replace(up=upward_for(scene, cameras[0]))
     told = as_callable(progress)
@@ -152,7 +158,7 @@ def turntable(
     def images() -> Iterator[Image]:
         options: dict[str, Any] = dict(size=size, background=background_of(background, look), samples=samples)
         for number, camera in enumerate(cameras):
-            image = without_marks(scene, camera, look, progress=part_of(told, number, count), **options)
+            image = without_marks(shown, camera, look, progress=part_of(told, number, count), **options)
             yield marks.draw(image, camera, is_fitted=True)
 
     write_sequence(path, images(), fps=fps, quality=quality)

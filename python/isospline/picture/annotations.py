@@ -64,7 +64,8 @@ def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -
 
 def color_bars(size: tuple[int, int], look: Any, scene: Any, camera: Any, unit: str) -> list[ColorBar]:
     """The colour bars of a picture, from left to right."""
-    return [ColorBar(size, rule, _limits(rule, scene, camera), unit) for rule in color_rules(look)]
+    rules = color_rules(shown_looks(scene, look))
+    return [ColorBar(size, rule, _limits(rule, scene, camera), unit) for rule in rules]
 
 
 class Covered:
@@ -119,6 +120,16 @@ def round_down(value):
     return max(each * power for each in (1, 2, 5) if each * power <= value * (1 + 1e-9))
 
 
+def shown_looks(scene: Any, look: Any) -> dict[int, Any]:
+    """The looks of the visible objects of a scene by geometry id, in a light that is resolved; None if it decides."""
+    if hasattr(look, "materials"):  # of path tracers and studios
+        looks, others = look.materials, look.material
+    else:
+        looks, others = (look, Phong()) if isinstance(look, Mapping) else ({}, look)
+    shown = [id for id, *_, visibility in scene._placed_objects() if visibility["visible"]]
+    return {id: looks.get(id, others) for id in shown}
+
+
 def color_rules(look):
     """The rules with a map that colour the surfaces, each once."""
     looks = list(look.values()) if isinstance(look, Mapping) else [look]
@@ -146,11 +157,11 @@ def _title(rule, unit):
         return f"{rule.kind} curvature" + (f" (1/{unit}{power})" if unit else "")
     if isinstance(rule, ColorByDepth):
         return "depth" + (f" ({unit})" if unit else "")
-    if isinstance(rule, ColorByDistance) and not rule.label:
+    if isinstance(rule, ColorByDistance) and not rule.label.strip():
         return ("signed distance" if rule.signed else "distance") + (f" ({unit})" if unit else "")
-    if isinstance(rule, ColorByThickness) and not rule.label:
+    if isinstance(rule, ColorByThickness) and not rule.label.strip():
         return "thickness" + (f" ({unit})" if unit else "")
-    return rule.label or "value"
+    return rule.label.strip() or "value"
 
 
 # What stands for characters that Pillow's font lacks, besides letters with accents.

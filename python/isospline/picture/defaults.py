@@ -7,7 +7,7 @@ from typing import Any
 from ..base.parameters import check_count
 from ..colors import BACKGROUND
 from ..scene import Scene
-from .annotations import check_annotations, has_scale
+from .annotations import check_annotations, has_scale, shown_looks
 from .marks import unit_of
 from .studio import Studio
 
@@ -42,4 +42,4 @@ def marks_of(
     if annotate is None:
         is_drawn = is_default and not is_crop and has_scale(camera) and bool(unit or unit_of(scene))
         annotate = ("scale_bar",) if is_drawn else ()
-    return check_annotations(annotate, camera, look, unit)
+    return check_annotations(annotate, camera, shown_looks(scene, look), unit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import Any
 
 from ..base.parameters import check_path
@@ -45,12 +46,12 @@ def surface_of(shown: Any, level: float | None) -> Isosurface:
     return suggested_surface(volume)
 
 
-def in_detail(scene: Scene, path: Any, camera: Any, size: tuple[int, int]) -> Scene:
-    """The scene of a file with the scale of a store that a picture needs; other scenes as they are."""
+def in_detail(scene: Scene, path: Any, cameras: Iterable[Any], size: tuple[int, int]) -> Scene:
+    """The scene of a file with the scale of a store that pictures need; other scenes as they are."""
     if not isinstance(path, (str, os.PathLike)) or not is_store(path):
         return scene
     scales = Scales(path)
-    scale = scales.choose([camera], size)
+    scale = scales.choose(cameras, size)
     if scale == scales.overview:
         return scene
     (level,) = (item.level for item in map(scene.object, scene.ids) if isinstance(item, Isosurface))

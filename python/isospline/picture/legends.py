@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,20 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.values import part
-from ..looks import Phong
 from ..scene import Scene
-from .annotations import BORDER, Box, Covered, Drawing, blend, draw_panel, font_for, line_height, text_width
+from .annotations import (
+    BORDER,
+    Box,
+    Covered,
+    Drawing,
+    blend,
+    draw_panel,
+    font_for,
+    line_height,
+    overlap,
+    shown_looks,
+    text_width,
+)
 from .image import Image
 
 #: A name, its linear colour, and its opacity.
@@ -22,20 +33,16 @@ Row = tuple[str, NDArray[np.float64], float]
 def legend_rows(scene: Scene, look: Any) -> list[Row]:
     """The rows of the legend of a scene whose light is resolved: visible objects with a name, each name once."""
     rows: dict[str, Row] = {}
-    for id, item, _, visibility in scene._placed_objects():
-        if item.name and visibility["visible"]:
-            rows.setdefault(item.name, (item.name, *_color_of(look, id)))
+    for id, each in shown_looks(scene, look).items():
+        if name := scene.object(id).name:
+            rows.setdefault(name, (name, *_color_of(look, each)))
     if not rows:
         raise ValueError('legend: expected objects with names, such as Isosurface(..., name="bone"), got none')
     return list(rows.values())
 
 
-def _color_of(look: Any, id: int) -> tuple[NDArray[np.float64], float]:
-    """The colour of an object, and its opacity."""
-    if hasattr(look, "materials"):  # of path tracers and studios
-        each = look.materials.get(id, look.material)
-    else:
-        each = look.get(id, Phong()) if isinstance(look, Mapping) else look
+def _color_of(look: Any, each: Any) -> tuple[NDArray[np.float64], float]:
+    """The colour of an object with a look of its own in a light, and its opacity."""
     color = None if each is None else part(each, each._surface_parameter)
     if color is None:
         color = 0.8 if isinstance(look, _core.PathTracer) else 1.0
@@ -60,8 +67,11 @@ class Legend:
         #: Of the swatches and names, in pixels, with a border.
         self.width = self._border + 1.5 * self._side + names
 
-    def draw(self, image: Image, covered: Covered | None = None) -> list[Box]:
-        """Draw it into the upper left corner, or where it hides least, and return its rectangle, if it has rows."""
+    def draw(self, image: Image, taken: Iterable[Box] = (), covered: Covered | None = None) -> list[Box]:
+        """Draw it into the upper left corner, or where it hides least, and return its rectangle, if it has rows.
+
+        `taken` is where other marks are.
+        """
         if not self._rows:
             return []
         width, height = self._size
@@ -74,8 +84,10 @@ class Legend:
                 for x in (left, round(width - self.width))
                 if x >= left and y >= top
             ]
-            wide = round(self.width)
-            left, top = min(corners or [(left, top)], key=lambda corner: covered.count((*corner, wide, high)))
+            boxes = [(*corner, round(self.width), high) for corner in corners or [(left, top)]]
+            taken = list(taken)
+            boxes.sort(key=lambda box: (any(overlap(box, each) for each in taken), covered.count(box)))
+            left, top, *_ = boxes[0]
         box = left - 4, top - 4, round(self.width - self._border + 8), high + 8
         draw_panel(image, box, covered)
         drawn = Drawing(image)

@@ -89,9 +89,8 @@ class Marks:
     def draw(self, image: Image, camera: Any, *, is_fitted: bool) -> Image:
         """The image with its marks, where they hide least; beside the objects if the camera was made for them."""
         covered = None if is_fitted else Covered(self._scene, camera, image.size)
-        taken = Legend(image.size, self._rows).draw(image, covered)
-        if "colorbar" in self._names:
-            taken += self._draw_color_bars(image, camera, covered)
+        taken = self._draw_color_bars(image, camera, covered) if "colorbar" in self._names else []
+        taken += Legend(image.size, self._rows).draw(image, taken, covered)
         if "scale_bar" in self._names:
             ScaleBar(image.size, camera, self._scene.extent, self._unit).draw(image, taken, covered)
         return image

@@ -16,6 +16,7 @@ from ..base.signatures import explained, explained_methods
 from ..base.views import SIZE
 from . import checkpoints
 from .cameras import camera_for
+from .files import in_detail
 from .image import Image
 from .layers import compiled, names_of
 from .lights import named, resolve
@@ -49,7 +50,8 @@ class ProgressiveRenderer:
     Parameters
     ----------
     scene : Scene, Isosurface, Mesh and so on
-        As in `render`. After a change of it, or of one of its objects, call `reset`.
+        As in `render`; of a store, the scale is that for the first camera. After a change of it, or of one of its
+        objects, call `reset`.
     camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
         The camera; by default as in `render`.
     size : (int, int)
@@ -91,11 +93,12 @@ class ProgressiveRenderer:
         ambient_occlusion_samples: int = 16,
         encoding: Literal["linear", "srgb8"] = "linear",
     ) -> None:
-        scene = as_scene(scene)
+        given, scene = scene, as_scene(scene)
         light = named(light)
         if light is not None:
             check_type(light, "light", (PathTracer, _core.PathTracer), "a PathTracer")
         camera = camera_for(scene, size=size) if camera is None else camera
+        scene = in_detail(scene, given, [camera], size)
         path_tracer = resolve(scene, PathTracer() if light is None else light)
         self._layers = names_of(layers)
         self._renderer = _core.ProgressiveRenderer(

@@ -59,7 +59,8 @@ def render(
         `read_volume`, `Labels.read` if it is a label map, or `read_mesh`; of the folder of a store, the scale is shown
         whose voxels are about pixels.
     camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
-        The camera; by default ``camera_for(scene, size=size)``, which shows the whole scene.
+        The camera; by default ``camera_for(scene, size=size)``, which shows the whole scene, or one that leaves space
+        for the marks of `annotate` and `legend`.
     level : float, optional
         Of a volume; by default the one that the command `isospline render` chooses.
     light : str, Studio, Phong, Outline, AmbientOcclusion, PathTracer, or dict of object or geometry id to shadings
@@ -106,9 +107,9 @@ def render(
     annotate : bool, or sequence of {"scale_bar", "colorbar"}, optional
         What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target, or,
         for a `ProjectionPlaneCamera`, in the middle of the depths of all objects in front of its eye; a colour bar for
-        each colour rule with a map. They are beside the scene if `camera` is not given, otherwise where they hide
-        least. True draws all that apply: panoramas and lenses with distortion have no scale. By default, a picture
-        without `light` has a scale bar if the unit is known. Not allowed with a crop.
+        each colour rule with a map that a visible object has. They are beside the scene if `camera` is not given,
+        otherwise where they hide least. True draws all that apply: panoramas and lenses with distortion have no scale.
+        By default, a picture without `light` has a scale bar if the unit is known. Not allowed with a crop.
     unit : str, optional
         Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
         one, without those that a transform converts to another unit.
@@ -154,7 +155,8 @@ def render(
     scene = as_scene(scene, level)
     if camera is not None:
         check_camera(camera)
-    look = resolve(scene, lit(scene, camera, size, light, environment), color, opacity)
+    light = lit(scene, camera, size, light, environment)
+    look = resolve(scene, light, color, opacity)
     names = marks_of(annotate, scene, camera, look, unit, is_default=is_default, is_crop=crop is not None)
     marks = Marks(scene, look, size, names, legend, unit)
     if marks and crop is not None:
@@ -162,10 +164,14 @@ def render(
     is_fitted = camera is None
     if camera is None:
         camera = marks.camera(size=size)
+    shown = in_detail(scene, given, [camera], size)
+    if shown is not scene:  # rules and their bars measure what is shown
+        look = resolve(shown, light, color, opacity)
+        marks = Marks(shown, look, size, names, legend, unit)
     options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "progress": progress}
     options.update(samples=samples_of(samples, look), background=background_of(background, look))
     options.update(ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding)
-    image = without_marks(in_detail(scene, given, camera, size), camera, look, **options)
+    image = without_marks(shown, camera, look, **options)
     return marks.draw(image, camera, is_fitted=is_fitted)
 
 

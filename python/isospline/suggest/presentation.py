@@ -206,11 +206,17 @@ def suggested_view(shown: Any) -> SuggestedView | None:
     first: SuggestedView | None = None
     for surface, transform in surfaces:
         suggested = _view(surface.volume, _checked(surface.inside))
-        view, up = (as_tuple(transform[:3, :3] @ vector) for vector in (suggested.view, suggested.up))
+        view, up = (as_tuple(_turned(transform, vector)) for vector in (suggested.view, suggested.up))
         if not suggested.reason or (first and not np.allclose((view, up), (first.view, first.up))):
             return None
         first = first or SuggestedView(view, up, suggested.reason)
     return first
+
+
+def _turned(transform: NDArray[np.float64], vector: Any) -> NDArray[np.float64]:
+    """A vector turned by a (4, 4) transform, of the same length: transforms to another unit change lengths alone."""
+    turned = transform[:3, :3] @ vector
+    return turned * (np.linalg.norm(vector) / np.linalg.norm(turned))
 
 
 # Presentations by their volumes and the side of the solid, of which the last ones are kept.

@@ -82,6 +82,7 @@ def test_bad_surfaces_are_told(ball, monkeypatch, capsys, message, options):
         ("--background: expected the name of a colour, such as white", ["--background", "muave"]),
         ("--annotate: expected scale-bar, colorbar, scale-bar,colorbar or none", ["--annotate", "ruler"]),
         ("annotate: expected a colour rule", ["-l", "0", "--annotate", "colorbar"]),
+        ("annotate: expected a colour rule", ["-l", "0", "--annotate", "scale-bar,colorbar"]),
         ("view: expected one of", ["--level", "0", "--view", "within"]),
         ("--focus: expected --aperture with it, got none", ["--level", "0", "--focus", "3"]),
         ("--aperture: expected --projection perspective", [*LENS, "--projection", "orthographic"]),

@@ -339,6 +339,18 @@ def test_marks_of_the_command_line(ball, picture):
     assert differs.any() and not differs[:30].any()
 
 
+@pytest.mark.parametrize("light", ["studio", "phong", "path-trace"])
+@pytest.mark.parametrize("marks", [["--annotate"], ["--annotate", "colorbar"]])
+def test_thickness_has_a_colour_bar(ball, picture, light, marks):
+    options = ["-l", "0", "--size", "160x120", "--light", light, "--samples", "1", "--color-by", "thickness"]
+    assert main(["render", str(ball), *options, *marks, "-o", str(picture)]) == 0
+    surface = isospline.Isosurface(np.load(ball), 0, closed=True)
+    annotate = True if len(marks) == 1 else "colorbar"
+    options = dict(size=(160, 120), light=light, samples=1, color=isospline.ColorByThickness(), annotate=annotate)
+    expected = isospline.render(surface, background=None if light == "studio" else 0.0, **options)
+    np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
+
+
 @pytest.mark.parametrize(("option", "up"), [("-z", (0, 0, -1)), ("+y", (0, 1, 0)), ("1,0,1", (1, 0, 1))])
 def test_upward_direction(ball, picture, option, up):
     render(ball, picture, "-l", "0", "--light", "phong", "--up", option, "--color-by", "normal")

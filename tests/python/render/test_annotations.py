@@ -8,8 +8,9 @@ from spheres import mesh_sphere, sphere
 import isospline
 from isospline.base.values import part
 from isospline.colors import linear_to_srgb
-from isospline.picture.annotations import _dejavu, font_for, labels_of, ticks
+from isospline.picture.annotations import ColorBar, _dejavu, font_for, labels_of, overlap, ticks
 from isospline.picture.cameras import camera_beside, cameras_around
+from isospline.picture.legends import Legend
 from isospline.viewer.measurements import MeasuredPoint, Measurement
 from isospline.viewer.rulers import draw_measurements
 
@@ -229,6 +230,57 @@ def test_the_title_of_a_colour_bar_is_its_label(monkeypatch):
     assert "dose in Gy" in {" ".join(drawn), *drawn} or {"dose", "Gy"} <= {
         word for line in drawn for word in line.split()
     }
+
+
+@pytest.mark.parametrize(
+    ("rule", "title"),
+    [
+        (RAMP.replace(label="  "), "value"),
+        (isospline.ColorByThickness(limits=(0, 1), label=" "), "thickness"),
+        (isospline.ColorByDistance([(0, 0, 0)], limits=(0, 1), signed=False, label="\n"), "distance"),
+    ],
+)
+def test_a_blank_label_is_none(rule, title):
+    bare = isospline.render(sphere(), size=SIZE, color=rule.replace(label=title), annotate="colorbar")
+    blank = isospline.render(sphere(), size=SIZE, color=rule, annotate="colorbar")
+    np.testing.assert_array_equal(blank.color, bare.color)
+
+
+@pytest.mark.parametrize("light", ["studio", "phong", "path-trace"])
+def test_what_is_not_shown_has_no_colour_bar(light):
+    scene = isospline.Scene([sphere(), isospline.Isosurface(sphere().volume, sphere().level, color=RAMP)])
+    scene.set_visibility(1, visible=False)
+    options = dict(size=(64, 48), light=light, samples=1)
+    marked = isospline.render(scene, annotate=True, **options)
+    scene.remove(1)
+    np.testing.assert_array_equal(marked.color, isospline.render(scene, annotate=True, **options).color)
+    own = isospline.Isosurface(sphere().volume, sphere().level, color="red")
+    with pytest.raises(ValueError, match="annotate: expected a colour rule with a map"):
+        isospline.render(own, light=isospline.Studio(material=isospline.Material(RAMP)), annotate="colorbar")
+
+
+def test_a_colour_bar_leaves_the_legend_alone(monkeypatch):
+    ball = mesh_sphere(1.0, 32)
+    names = "an egg", "its yolk", "its white"
+    eggs = [isospline.Mesh(ball.vertices * (1, 1, 2), ball.faces, color=RAMP, name=name) for name in names]
+    # The objects cover the right half of the picture, so that both marks belong on the left.
+    camera = isospline.OrthographicCamera((-0.9, -9, 0), (-0.9, 0, 0), height=2.4)
+    boxes = []
+    for kind, found in ((Legend, list), (ColorBar, lambda box: [box])):
+        monkeypatch.setattr(kind, "draw", recorded(kind.draw, lambda box, found=found: boxes.extend(found(box))))
+    isospline.render(eggs, camera, size=SIZE, light="phong", legend=True, annotate="colorbar")
+    assert len(boxes) == 2 and not overlap(*boxes)
+
+
+def recorded(draw, record):
+    """A method that draws, of which `record` gets the results."""
+
+    def draw_and_record(*arguments):
+        result = draw(*arguments)
+        record(result)
+        return result
+
+    return draw_and_record
 
 
 def test_marks_on_a_transparent_picture_are_readable_on_black_and_on_white():

@@ -10,6 +10,9 @@ from spheres import mesh_sphere, moved, sphere
 import isospline
 from isospline import volumes
 from isospline.picture.cameras import cameras_around
+from isospline.picture.studio import upward_for
+from isospline.suggest import presentation
+from isospline.suggest.view import SuggestedView
 
 SIZES = [(160, 120), (60, 240), (240, 60)]
 VIEWS = ["three-quarter", "front", "top", (1, 2, -3)]
@@ -191,3 +194,21 @@ def test_surfaces_and_meshes_are_rendered_by_themselves():
         assert isospline.render(item, size=(24, 18), light="phong") == isospline.render(
             isospline.Scene([item]), size=(24, 18), light="phong"
         )
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 10.0])
+def test_a_transform_to_another_unit_turns_no_suggested_view(scale, monkeypatch):
+    suggested = SuggestedView((-0.45, 1.0, -0.3), (0.0, 0.0, -1.0), "it stands on its head")
+    monkeypatch.setattr(presentation, "_view", lambda *_: suggested)
+    field = isospline.volumes.torus()
+    surface = isospline.Isosurface(field.volume(16), field.level)
+    placed = surface, np.diag([scale, scale, scale, 1])
+    expected, found = (isospline.camera_for(isospline.Scene([each])) for each in (surface, placed))
+    assert found.up.tolist() == expected.up.tolist() == [0, 0, -1]
+    np.testing.assert_allclose(found.world_to_camera[:3, :3], expected.world_to_camera[:3, :3], atol=1e-9)
+    assert isospline.camera_for(isospline.Scene([surface, placed])).up.tolist() == [0, 0, -1]
+    # The suggested top leans by 60 degrees to the camera's upward direction, which is z.
+    leaning = np.diag([scale, scale, scale, 1])
+    leaning[1:3, 1:3] = scale * np.array([(-0.5, np.sqrt(0.75)), (-np.sqrt(0.75), -0.5)])
+    camera = isospline.PerspectiveCamera((0, -10, 0), (0, 0, 0))
+    assert upward_for(isospline.Scene([(surface, leaning)]), camera) == (0, 0, 1)
