@@ -11,7 +11,7 @@ from .base.results import Measurement, SurfaceDistance
 from .base.signatures import explained
 from .farthest import largest_distance, largest_distance_of_mesh
 from .scene import Isosurface, Mesh, Scene
-from .scene.world_units import check_unit, world_unit
+from .scene.world_units import check_unit, units_in
 
 
 @explained
@@ -175,8 +175,12 @@ def _check_units(surface, other):
     """Check that numbers of both mean the same; those of meshes do, and of what a scene's transforms convert."""
     if not isinstance(surface, Isosurface):
         return
-    if isinstance(other, (Isosurface, Scene)):
-        unit = world_unit(other) if isinstance(other, Scene) else other.volume.unit
+    units = []
+    if isinstance(other, Scene):
+        units = units_in(other)
+    elif isinstance(other, Isosurface):
+        units = [other.volume.unit]
+    for unit in units:
         check_unit(unit, surface.volume.unit, "other", "surface is")
 
 

@@ -28,8 +28,13 @@ def unit_when_placed(item: Any, transform: NDArray[np.float64]) -> str:
 
 def world_unit(scene: Scene) -> str:
     """The unit that all objects of a scene with a unit have; empty if none has one, or if they differ."""
+    return common_unit(units_in(scene))
+
+
+def units_in(scene: Scene) -> list[str]:
+    """The units of the objects of a scene that have one."""
     placed = [(item, transform) for _, item, transform, *_ in scene._placed_objects()]
-    return common_unit([unit for each in placed if (unit := unit_when_placed(*each))])
+    return [unit for each in placed if (unit := unit_when_placed(*each))]
 
 
 def common_unit(units: list[str]) -> str:

@@ -75,4 +75,6 @@ def test_rules_of_objects_and_lights_have_the_unit_of_the_scene(tmp_path):
 def test_distances_from_a_scene_have_its_unit():
     with pytest.raises(ValueError, match="other: expected an isosurface in mm, as surface is, got one in µm"):
         isospline.surface_distance(MM, isospline.Scene([MESH, UM]), samples=10)
+    with pytest.raises(ValueError, match="other: expected an isosurface in mm, as surface is, got one in µm"):
+        isospline.surface_distance(MM, isospline.Scene([MM, UM]), samples=10)
     assert isospline.surface_distance(MM, isospline.Scene([(UM, TO_MM)]), samples=10).rms.value < 1e-5
