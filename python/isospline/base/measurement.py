@@ -138,7 +138,10 @@ class Measurement:
 
     def __truediv__(self, other: Any) -> Measurement:
         second = _operand(other)
-        return NotImplemented if second is None else self * second**-1
+        if second is None:
+            return NotImplemented
+        value = self.value / second.value  # not by a power, which rounds twice and overflows for small numbers
+        return Measurement(value, (self.error + abs(value) * second.error) / abs(second.value))
 
     def __rtruediv__(self, other: Any) -> Measurement:
         first = _operand(other)

@@ -227,6 +227,15 @@ def test_powers_and_errors_of_measurements():
         isospline.Measurement(1.0, -1.0)
 
 
+def test_quotients_of_measurements_are_rounded_once():
+    for value in (49.0, 1e-180, 1e180):
+        ratio = isospline.Measurement(value, 0.25 * value) / isospline.Measurement(value, 0.125 * value)
+        assert ratio.value == 1.0 and abs(ratio.error - 0.375) < 1e-15
+    assert 3 / isospline.Measurement(-10.0, 1.0) == isospline.Measurement(3 / -10, 0.03)
+    with pytest.raises(ZeroDivisionError, match="division by zero"):
+        isospline.Measurement(1.0) / 0
+
+
 def measured(surface):
     """Another process runs this."""
     return surface.area(), isospline.surface_distance(surface, surface, samples=20)
