@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 
 import isospline
 
@@ -86,7 +87,7 @@ def wanted_labels(labels, arguments):
     """The numbers of the labels that the options choose."""
     if not arguments.label:
         return list(labels.numbers)
-    words = [int(word) if word.isascii() and word.isdecimal() else word for word in arguments.label]
+    words = [int(word) if re.fullmatch("-?[0-9]+", word) else word for word in arguments.label]
     return [find(labels.segments, word).number for word in words]
 
 

@@ -67,6 +67,15 @@ def test_a_table_of_measures(cells, tmp_path, capsys):
     assert len(lines) == 5 and lines[2].split()[:3] == ["1", "label", "1"]
 
 
+def test_a_label_with_a_negative_number(tmp_path, capsys):
+    data = np.zeros((6, 7, 8), np.int16)
+    data[2:4, 2:5, 3:6] = -3
+    np.save(tmp_path / "negative.npy", data)
+    assert main(["measure", str(tmp_path / "negative.npy"), "--label", "-3", "--json", "--quiet"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["labels"]
+    assert (found["numbers"], found["voxel_counts"]) == (-3, 18)
+
+
 @pytest.fixture
 def segmentation(tmp_path):
     """A DICOM segmentation of two segments, and the label map."""
