@@ -16,6 +16,8 @@ Inside = Literal["above", "below"]
 FINEST = 96
 # The part of a side that few points cover, and the number of layers that may be padding.
 _FEW, _PADDED = 0.01, 3
+# The part of the next layer that the first one of a solid with a flat end has at least; a round end has less.
+_FLAT = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +44,14 @@ class Grid:
         return float(np.count_nonzero(self.inside) / np.prod(box))
 
     def cut_sides(self) -> int:
-        """The number of sides at which the solid begins with many points, at the border or behind padding."""
+        """The number of sides at which the solid begins with many points, at the border or, flat, behind padding."""
         count = 0
         for axis in range(3):
             parts = self.sections(axis) * (self.inside.shape[axis] / self.inside.size)
-            for outer in (parts[:_PADDED], parts[::-1][:_PADDED]):
-                first = outer[np.flatnonzero(outer)[:1]]
-                count += int(len(first) > 0 and first[0] > _FEW)
+            for outer in (parts, parts[::-1]):
+                (begin, *_) = np.flatnonzero(outer[:_PADDED]).tolist() or [0]
+                is_cut = begin == 0 or outer[begin] > _FLAT * outer[begin + 1 : begin + 2].max(initial=0)
+                count += int(outer[begin] > _FEW and is_cut)
         return count
 
     def sections(self, axis: int) -> NDArray[np.int64]:

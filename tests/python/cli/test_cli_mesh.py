@@ -56,6 +56,18 @@ def test_a_solid_that_is_left_open_at_the_border_is_told(tmp_path, capsys, comma
         assert (sentence in capsys.readouterr().err) == is_open
 
 
+def test_sides_that_cut_the_solid_are_told(tmp_path, capsys):
+    """Of a ball near the border none; of what is cut flat at the border, or two samples before it, each."""
+    z, y, x = np.indices((24, 24, 24)) - 11.5
+    rod = x**2 + y**2 < 36
+    for solid, sides in ((x**2 + y**2 + z**2 < 100, 0), (rod, 2), (rod & (abs(z) < 10), 2)):
+        np.save(tmp_path / "solid.npy", solid.astype(np.uint8))
+        assert main(["measure", str(tmp_path / "solid.npy"), "--closed", "--quiet"]) == 0
+        sentence = f"the border of the volume cuts the solid at {sides} sides, where it has flat faces"
+        said = [line for line in capsys.readouterr().err.splitlines() if "flat faces" in line]
+        assert said == ([f"isospline: {sentence}"] if sides else [])
+
+
 def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
     trimesh = pytest.importorskip("trimesh")
     volumes_of = {}
