@@ -21,6 +21,7 @@ from ..base.parameters import describe_not_finite
 from ..base.progress import Bar, Lines
 from ..base.views import DEFAULT_VIEW
 from ..picture.pixels import denoiser
+from ..picture.tone import check_exposure
 from .cluster import cluster_images, wants_cluster
 from .compare import run as run_compare
 from .convert import run as run_convert
@@ -181,8 +182,10 @@ def _render(arguments, write=True):
     if not (arguments.labels or arguments.label):
         looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))  # fails now, and not after reading
     clip = _clip(arguments)
+    # These fail now, and not after the work.
+    check_exposure(arguments.exposure or 0.0)
     if arguments.denoise:
-        denoiser()  # fails now if it is missing, and not after the work
+        denoiser()
     record_of = made_of(arguments)  # before the files are read: one that changes later is another one
     placed = [read_placed(text) for text in arguments.mesh]
     data, labels = _volume_or_labels(arguments)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numbers
 import os
 from collections.abc import Iterable
 from copy import copy
@@ -13,13 +12,13 @@ from numpy.typing import DTypeLike, NDArray
 
 from .. import _core
 from ..base.mistakes import sentence
-from ..base.parameters import check_count, check_path, check_type
+from ..base.parameters import check_count, check_path
 from ..base.signatures import explained_methods
 from ..base.system import whole_file
 from ..base.values import same
 from .layers import IDS, MASK
 from .pixels import denoiser, encoded, over_black, write_bytes
-from .tone import CURVES
+from .tone import CURVES, check_exposure
 
 
 def _layer(name: str, doc: str) -> Any:
@@ -267,9 +266,7 @@ class Image:
         """
         if curve not in CURVES:
             raise ValueError(sentence("curve", f"one of {', '.join(CURVES)}", curve))
-        check_type(exposure, "exposure", numbers.Real, "a number")
-        if not -64 <= exposure <= 64:
-            raise ValueError(f"exposure: expected stops from -64 to 64, got {exposure!r}")
+        check_exposure(exposure)
         result = self._linear_copy()
         result._arrays.tone_map(curve, 2.0**exposure)
         return result

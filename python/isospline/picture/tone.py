@@ -1,8 +1,19 @@
 """Tone mapping: maps light of any brightness to the range of displays."""
 
-from .._core import tone_mapped
+import numbers
+from typing import Any
 
-__all__ = ["CURVES", "tone_mapped"]
+from .._core import tone_mapped
+from ..base.parameters import check_type
+
+__all__ = ["CURVES", "check_exposure", "tone_mapped"]
 
 #: The curves of `Image.tone_map`, from linear light to 0 to 1.
 CURVES = ("neutral", "aces", "linear")
+
+
+def check_exposure(exposure: Any) -> None:
+    """Raise an error for what is no number of stops from -64 to 64."""
+    check_type(exposure, "exposure", numbers.Real, "a number")
+    if not -64 <= exposure <= 64:
+        raise ValueError(f"exposure: expected stops from -64 to 64, got {exposure!r}")

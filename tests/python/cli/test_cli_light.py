@@ -322,6 +322,25 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
     assert not picture.exists()
 
 
+def test_exposure_is_checked_before_the_work(ball, picture, capsys, monkeypatch):
+    monkeypatch.setattr(isospline, "render", lambda *_, **__: pytest.fail("has rendered"))
+    fails(
+        capsys,
+        2,
+        "exposure: expected stops",
+        "render",
+        ball,
+        "-l",
+        0,
+        "--light",
+        "phong",
+        "--exposure",
+        65,
+        "-o",
+        picture,
+    )
+
+
 @pytest.mark.parametrize("matrix", ["1 0 0 nan", "1 0 0 0"])
 def test_a_bad_matrix_of_a_mesh_has_an_error_that_names_its_file(ball, plate, picture, tmp_path, capsys, matrix):
     rows = [matrix, "0 1 0 0", "0 0 1 0", "0 0 0 1" if "nan" in matrix else "0 0 1 1"]
