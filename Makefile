@@ -218,9 +218,9 @@ sanitize-python: test-packages .venv/.installed
 	@export ASAN_OPTIONS=detect_leaks=0:quarantine_size_mb=32 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1; \
 	    export PYTHONPATH=build/asan-ubsan/package; \
 	    preload="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"; \
-	    for tests in "tests/python/store" "$$(tests/python/of_the_module) --ignore=tests/python/store"; do \
+	    failed=0; for tests in "tests/python/store" "$$(tests/python/of_the_module) --ignore=tests/python/store"; do \
 	        LD_PRELOAD="$$preload" $(pytest) -p no:cacheprovider -m "not long and not slow" $$tests || failed=1; \
-	    done; [ -z "$$failed" ]
+	    done; exit $$failed
 
 sanitize-thread: test-packages
 	@echo "== Building with ThreadSanitizer in build/tsan"

@@ -301,7 +301,8 @@ double FaceDistance<Degree>::piece_bound(const Corners& piece, FaceLabel label, 
             most = std::max(most, metric_.length(corner - point));
         return most;
     };
-    // Where excess is measured, a bound for a distance just below the reach needs smaller pieces.
+    // The length of pieces that are not cut, as a part of the reach. For a distance just below the reach, they must be
+    // small, which costs more.
     const double small = with_excess_ ? 0x1p-8 : 0.125;
     if (length < reach) {
         if (const auto near = foot(center, label))

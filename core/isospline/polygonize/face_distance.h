@@ -27,7 +27,8 @@ namespace isospline {
 template <int Degree>
 class FaceDistance {
 public:
-    /// `with_excess`: bounds larger than what is enough are found as well; without, they are infinite, and cost less.
+    /// `with_excess`: bounds larger than what is enough are found as well, and are closer; without, they are infinite,
+    /// and cost less.
     FaceDistance(const LatticeField<Degree>& field, const LatticeMetric& metric, bool with_excess)
         : field_(field), metric_(metric), with_excess_(with_excess)
     {

@@ -6,7 +6,6 @@
 #include "isospline/polygonize/face_distance.h"
 #include "isospline/polygonize/lattice_mesher.h"
 #include "isospline/polygonize/nearness.h"
-#include "isospline/polygonize/simplified_mesh.h"
 #include "isospline/polygonize/tetrahedron_mesher.h"
 #include "isospline/util/parallel.h"
 
@@ -29,10 +28,12 @@ namespace {
 constexpr double shortest_edge = 1e-3, shortest_before_simplification = 1e-6;
 /// Subdivisions of a cell in the lattice of all cubes; those that are too coarse are refined further.
 constexpr int finest_lattice = 8;
-/// If more than one cube in this number is too coarse, all are halved. Halving one alone costs more.
+/// If more than one cube in this number is too coarse, all are halved. To refine one alone costs more.
 constexpr std::size_t most_coarse = 2;
-/// Faces with all samples within this part of the tolerance are not measured further.
-constexpr double part_if_clear = 0.6;
+/// The part of the tolerance within which the mesh has to be: it leaves a part for simplification.
+constexpr double part_of_lattice = 0.8;
+/// Faces whose samples are within this part of the tolerance need no proof.
+constexpr double part_without_proof = 0.48;
 constexpr int most_rounds = 12;
 
 /// A box around a face whose interior is not empty.
@@ -108,18 +109,19 @@ public:
         return join_parts(std::move(parts), part_of(progress, 0.8, 1.0));
     }
 
-    /// Boxes with surface that is not proven to be near the mesh, and boxes of faces with samples that are not near the
-    /// surface, or, if some are just near it, without a proof that the face is.
+    /// Boxes of two kinds: with surface that is not proven to be near the mesh, and around faces that are not near the
+    /// surface. Faces are measured at samples; those with a sample that is just near must also be proven to be within
+    /// the tolerance.
     std::vector<Box> far_boxes(const LabeledMesh& mesh, double tolerance, const CellFilter& filter,
                                const Progress& progress) const
     {
         const LatticeMetric metric(field_.surface().volume().lattice_to_world());
         const double cube = 1.0 / field_.subdivision();
-        const CoveringEdges edges{std::min(0.25 * tolerance / metric.shortest_edge, 0.125 * cube), 0.5 * cube};
+        const double reach = part_of_lattice * tolerance;
+        const CoveringEdges edges{std::min(0.25 * reach / metric.shortest_edge, 0.125 * cube), 0.5 * cube};
         std::vector<Box> boxes =
-            cover_surface(field_, mesh, tolerance, edges, filter, part_of(progress, 0.0, 0.7)).uncovered;
-        const Nearness<Degree> usual(field_, metric, tolerance), clear(field_, metric, part_if_clear * tolerance);
-        const double reach = tolerance / part_of_lattice; // of the mesh that is simplified
+            cover_surface(field_, mesh, reach, edges, filter, part_of(progress, 0.0, 0.7)).uncovered;
+        const Nearness<Degree> near(field_, metric, reach), very_near(field_, metric, part_without_proof * tolerance);
         std::vector<std::uint8_t> is_far(mesh.faces.size(), 0);
         parallel_for(
             mesh.faces.size(), 4096,
@@ -132,11 +134,12 @@ public:
                     const glm::ivec3 first = cell / brick_size * brick_size;
                     if (filter && !has_cell(filter(first), cell - first))
                         continue;
-                    const auto are_near = [&](const Nearness<Degree>& nearness) {
+                    const auto are_samples = [&](const Nearness<Degree>& nearness) {
                         return for_each_sample(corners, measured_spacing,
                                                [&](const glm::dvec3& at) { return nearness.is_near(at, label); });
                     };
-                    is_far[i] = !are_near(clear) && (!are_near(usual) || distance.bound(corners, label, reach) > reach);
+                    is_far[i] = !are_samples(very_near) &&
+                                (!are_samples(near) || distance.bound(corners, label, tolerance) > tolerance);
                 }
             },
             part_of(progress, 0.7, 1.0));
@@ -182,7 +185,7 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
             break;
         // Only the neighborhood of what is refined changes.
         const LatticeMetric metric(surface.volume().lattice_to_world());
-        const double reach = 1.0 + std::ceil(*tolerance / metric.shortest_edge);
+        const double reach = 1.0 + std::ceil(part_of_lattice * *tolerance / metric.shortest_edge);
         double longest_edge = std::sqrt(3.0) / subdivision; // a diagonal of a cube
         for (int round = 1; round <= most_rounds && !boxes.empty(); ++round) {
             const auto begin = 0.7 + 0.2 * (round - 1) / most_rounds, end = 0.7 + 0.2 * round / most_rounds;

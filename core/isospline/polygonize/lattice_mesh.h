@@ -12,8 +12,8 @@ namespace isospline {
 /// The mesh of a surface with its clip and caps.
 ///
 /// Without a tolerance, the lattice is that of the cells. With a tolerance, in world units, it is refined wherever the
-/// surface and the mesh are not proven to be near to each other, in both directions. What remains are parts of the
-/// surface between the nodes of the finest lattice.
+/// surface and the mesh are not near to each other, in both directions: within a part of the tolerance, so that the
+/// mesh can be simplified. What remains are parts of the surface between the nodes of the finest lattice.
 template <int Degree>
 LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress);
 

@@ -12,9 +12,6 @@
 
 namespace isospline {
 
-/// The part of the tolerance within which the mesh to simplify has to be: it leaves a part for simplification.
-inline constexpr double part_of_lattice = 0.8;
-
 /// A mesh with few faces, and what is proven of it. Locations are in lattice space.
 struct SimplifiedMesh {
     LabeledMesh mesh;

@@ -73,7 +73,7 @@ SimplifiedMesh mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t face
         // The lattice for a slightly smaller tolerance serves as well.
         constexpr double most_too_fine = 4.0;
         if (!(tolerance_of_fine <= tolerance && tolerance <= most_too_fine * tolerance_of_fine)) {
-            fine = lattice_mesh<Degree>(surface, part_of_lattice * tolerance, part_of(of_mesh, 0.0, 0.5));
+            fine = lattice_mesh<Degree>(surface, tolerance, part_of(of_mesh, 0.0, 0.5));
             tolerance_of_fine = tolerance;
         }
         SimplifiedMesh mesh = simplified_mesh<Degree>(surface, fine, tolerance, part_of(of_mesh, 0.5, 1.0));
@@ -167,8 +167,7 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
             LabeledMesh mesh = lattice_mesh<degree>(surface, {}, part_of(progress, 0.0, 0.9));
             return to_world<degree>(surface, std::move(mesh), {}, part_of(progress, 0.9, 1.0));
         }
-        const LabeledMesh fine =
-            lattice_mesh<degree>(surface, part_of_lattice * *tolerance, part_of(progress, 0.0, 0.3));
+        const LabeledMesh fine = lattice_mesh<degree>(surface, tolerance, part_of(progress, 0.0, 0.3));
         SimplifiedMesh mesh = simplified_mesh<degree>(surface, fine, *tolerance, part_of(progress, 0.3, 0.9));
         return with_proof<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
     });

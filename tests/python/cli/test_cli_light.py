@@ -324,21 +324,8 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
 
 def test_exposure_is_checked_before_the_work(ball, picture, capsys, monkeypatch):
     monkeypatch.setattr(isospline, "render", lambda *_, **__: pytest.fail("has rendered"))
-    fails(
-        capsys,
-        2,
-        "exposure: expected stops",
-        "render",
-        ball,
-        "-l",
-        0,
-        "--light",
-        "phong",
-        "--exposure",
-        65,
-        "-o",
-        picture,
-    )
+    options = "-l", 0, "--light", "phong", "--exposure", 65
+    fails(capsys, 2, "exposure: expected stops", "render", ball, *options, "-o", picture)
 
 
 @pytest.mark.parametrize("matrix", ["1 0 0 nan", "1 0 0 0"])
