@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import numbers
 import os
@@ -12,7 +13,7 @@ from .. import _core
 from ..base.parameters import check_count, check_path, check_type
 from ..base.progress import tell
 from ..base.views import SIZE
-from ..picture.cameras import camera_for, check_camera
+from ..picture.cameras import check_camera
 from ..picture.defaults import background_of, marks_of, samples_of
 from ..picture.image import Image
 from ..picture.layers import compiled, names_of
@@ -97,7 +98,7 @@ class PictureInTheMaking:
             canvas.paste(future.result())
             tell(progress, (done + 1) / len(self._futures))
         image = Image(canvas.image()._arrays, self._layers)
-        return self._marks.draw(image, self._camera, is_fitted=self._is_fitted) if self._marks else image
+        return self._marks.draw(image, self._camera, is_fitted=self._is_fitted)
 
     def close(self) -> None:
         """Cancel unfinished tasks."""
@@ -131,11 +132,15 @@ class PictureInTheMaking:
         names = marks_of(annotate, *given, is_default=is_default, is_crop=is_crop)
         if (names or legend) and crop is not None:
             raise ValueError(f"{'annotate' if names else 'legend'}: cannot be combined with a crop")
-        self._marks = Marks(self._scene.here, look, size, names, legend, unit) if names or legend else None
+        self._marks = Marks(self._scene.here, look, size, names, legend, unit)
         self._is_fitted = self._camera is None
         if self._camera is None:
-            self._camera = self._marks.camera(size=size) if self._marks else camera_for(self._scene.here, size=size)
+            self._camera = self._marks.camera(size=size)
         self._scene.choose_scale(self._camera, size)
+        shown = self._scene.in_detail
+        if shown is not self._scene.here:  # rules and their bars measure what is shown
+            look = options["light"] = resolve(shown, light, *changes)
+            self._marks = Marks(shown, look, size, names, legend, unit)
         self._layers = names_of(options.get("layers", ()))
         self._options = options | {"layers": compiled(self._layers)}
 
@@ -190,10 +195,11 @@ class _GivenScene:
             self._here = self._at_scale(self._scales.overview)
         return self._here
 
-    @property
+    @functools.cached_property
     def in_detail(self):
-        """The scene that is rendered: of a store the chosen scale."""
-        return self.here if self._store is None else self._at_scale(self._scale)
+        """The scene that is rendered, for this process: of a store the chosen scale."""
+        is_here = self._store is None or self._scale == self._scales.overview
+        return self.here if is_here else self._at_scale(self._scale)
 
     def _at_scale(self, scale):
         path, level, memory_limit = self._store

@@ -135,7 +135,7 @@ def render_batch(
         The options of each picture: ``{"camera": ...}``, ``{"level": ...}``, ``{"scene": ...}`` with another time step,
         or any other option. A few are read at a time.
     **options
-        The options of all pictures, as in `render`.
+        The options of all pictures, as in `render`; `progress` is told of each picture on its own.
 
     Yields
     ------
@@ -158,12 +158,12 @@ def render_batch(
 def _batch(scene, pictures, client, workers, limit, options):
     with connected(client, workers, limit) as (cluster, threads), contextlib.ExitStack() as stack:
         waiting: collections.deque[Any] = collections.deque()
-        stack.callback(lambda: [picture.close() for picture in waiting])
+        stack.callback(lambda: [picture.close() for picture, _ in waiting])
         for number, own in enumerate(pictures):
             check_type(own, "pictures", Mapping, "dictionaries")
             given = {**options, **own}
-            shown = given.pop("scene", scene)
-            waiting.append(PictureInTheMaking(cluster, shown, limit, threads, number, given))
+            shown, progress = given.pop("scene", scene), given.pop("progress", None)
+            waiting.append((PictureInTheMaking(cluster, shown, limit, threads, number, given), progress))
             if len(waiting) == _AHEAD:
                 yield _finished(waiting)
         while waiting:
@@ -171,6 +171,8 @@ def _batch(scene, pictures, client, workers, limit, options):
 
 
 def _finished(waiting):
-    image = waiting[0].image(None)
-    waiting.popleft().close()
+    picture, progress = waiting[0]
+    image = picture.image(as_callable(progress))
+    waiting.popleft()
+    picture.close()
     return image

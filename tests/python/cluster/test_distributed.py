@@ -168,6 +168,24 @@ def test_the_scale_and_the_closed_border_of_a_store_are_those_of_one_process(cli
     assert got == isospline.render(store, **options)
 
 
+@pytest.mark.parametrize("by", ["tiles", "parts"])
+@pytest.mark.parametrize("annotate", [None, "colorbar"])
+def test_rules_and_bars_of_a_store_measure_the_scale_that_is_shown(client, store, by, annotate):
+    """Here the scale is a coarser one than the overview, whose walls have other thicknesses."""
+    wall = isospline.ColorByThickness(label="wall")
+    camera = isospline.OrthographicCamera((0, -9, 0), (0, 0, 0), (0, 0, 1), height=4.0)
+    options = dict(level=0.1, size=(48, 36), light="phong", color=wall, annotate=annotate)
+    got = isospline.distributed.render(store, camera, client=client, by=by, memory_limit=LIMIT, **options)
+    assert got == isospline.render(store, camera, **options)
+
+
+def test_batches_tell_the_progress_of_their_pictures(client, scene, camera):
+    told = []
+    pictures = [{"camera": camera, "progress": told.append}, {"camera": camera}]
+    assert len(list(isospline.distributed.render_batch(scene, pictures, client=client, size=(40, 30)))) == 2
+    assert told[0] == 0.0 and told[-1] == 1.0 and told == sorted(told)
+
+
 @pytest.mark.slow
 def test_batches_are_made_in_order(client, store, scene):
     cameras = isospline.turntable_cameras(scene, 4, size=(40, 30))
