@@ -12,7 +12,6 @@ import isospline
 
 from ..base.parameters import check_count
 from ..io.read import has_names
-from ..picture.marks import unit_of
 from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.detail import is_store
 from .given import OF_FILES, READING, flag, keywords, refuse_without
@@ -101,7 +100,7 @@ def session_image(arguments, progress):
     from ..viewer.document import Document
     from ..viewer.framing import camera_towards
     from ..viewer.picture import FINAL_SAMPLES, PictureMaker, Stage
-    from ..viewer.rulers import draw_measurements
+    from ..viewer.rulers import draw_measurements, length_unit
     from ..viewer.session import open_session, read_session
 
     document = Document()
@@ -120,7 +119,7 @@ def session_image(arguments, progress):
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
     camera = state.camera.camera()
     if arguments.annotate is True:
-        draw_measurements(image, state.measurements, camera, unit_of(maker.scene))
+        draw_measurements(image, state.measurements, camera, length_unit(document, state))
     return marks_for(arguments, maker.scene, maker.look(state)).draw(image, camera, is_fitted=False)
 
 

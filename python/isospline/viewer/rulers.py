@@ -8,6 +8,7 @@ import numpy as np
 
 from ..colors import named_color
 from ..picture.annotations import Box, blend, font_for, line_height, overlap, plain, text_width
+from ..scene.world_units import common_unit
 
 _COLOR, _INK, _RIM = map(named_color, ("#c8553d", "#1f2933", "white"))
 # The most pixels that are drawn at once.
@@ -33,6 +34,12 @@ def draw_measurements(image, measurements, camera, unit):
         if (place := sheet.label_place(each)) is not None:
             boxes.append(sheet.text(place, f"{count}{result_text(each, unit)}", boxes))
     return image
+
+
+def length_unit(document, state):
+    """The unit of the volumes of a state's objects, also of hidden ones; empty if it is not known of all."""
+    sources = [document[each.source] for each in state.objects]
+    return common_unit([source.unit for source in sources if source.is_volume])
 
 
 def result_text(measurement, unit):
@@ -105,15 +112,16 @@ class _Sheet:
         while (other := next((each for each in others if overlap((left, top, wide, high), each)), None)) is not None:
             top = other[1] + high
         width, height = self._image.size
-        area = np.s_[max(0, top) : min(height, top + high), max(0, left) : min(width, left + wide)]
+        first_row, last_row = max(0, top), min(height, top + high)
+        first_column, last_column = max(0, left), min(width, left + wide)
+        if first_row >= last_row or first_column >= last_column:  # it is beside the picture
+            return left, top, wide, high
         for stroke, color in ((2, _RIM), (0, _INK)):
             sheet = Pillow.new("L", (wide, high))
             draw = ImageDraw.Draw(sheet)
             draw.text((2, high / 2), plain(text), fill=255, font=self._font, anchor="lm", stroke_width=stroke)
-            mask = np.asarray(sheet) / 255
-            mask = mask[max(0, -top) : height - top, max(0, -left) : width - left]
-            if mask.size:
-                blend(self._image, area, mask, color)
+            mask = np.asarray(sheet)[first_row - top : last_row - top, first_column - left : last_column - left] / 255
+            blend(self._image, np.s_[first_row:last_row, first_column:last_column], mask, color)
         return left, top, wide, high
 
 

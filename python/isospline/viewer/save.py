@@ -10,13 +10,12 @@ import numpy as np
 from .. import _core
 from ..interop.single_precision import offset_for
 from ..picture.cameras import extent_of, turn
-from ..picture.marks import unit_of
 from ..picture.video import write_video
 from ..scene import Isosurface, Mesh
 from .bundle import write_bundle
 from .checked import choice, count, flag
 from .picture import FINAL_SAMPLES, Stage
-from .rulers import draw_measurements
+from .rulers import draw_measurements, length_unit
 from .script import script
 from .session import session_of, sources_of
 from .state import CameraState
@@ -74,7 +73,9 @@ def save(viewer, what, state, size, options):
                 stage = Stage(FINAL_SAMPLES[state.light], True)
                 image = maker.render(state, size, stage, _progress(viewer, "rendering"), **look)
                 if what == "png" and flag(options.get("measurements", True), "measurements"):
-                    draw_measurements(image, state.measurements, state.camera.camera(), unit_of(maker.scene))
+                    draw_measurements(
+                        image, state.measurements, state.camera.camera(), length_unit(viewer.document, state)
+                    )
                 image.write(path)
                 maker.end_path_tracing()
         with open(path, "rb") as file:

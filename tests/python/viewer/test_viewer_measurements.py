@@ -15,7 +15,7 @@ import isospline
 from isospline import volumes
 from isospline.cli.main import main
 from isospline.viewer.measurements import MeasuredPoint, Measurement, with_point
-from isospline.viewer.rulers import result_text
+from isospline.viewer.rulers import draw_measurements, result_text
 from isospline.viewer.save import save
 from isospline.viewer.session import read_session, session_of, write_session
 from isospline.viewer.state import CameraState, ViewState
@@ -203,6 +203,39 @@ def test_results_in_pictures_have_units():
     texts = [result_text(each, "mm") for each in (distance, angle, open_distance, nothing)]
     assert texts == [": 12350 mm", ": 90°", "", ": no other side"]
     assert result_text(distance, "") == ": 12350"
+
+
+@pytest.mark.parametrize(
+    "shift", [(95, 0), (102, 0), (-99, 0), (-140, 0), (0, 99), (0, 120), (0, -98), (95, -99), (0, 0)]
+)
+def test_results_at_the_edge_of_a_picture_are_cut_off(shift):
+    """By whole pixels, they move with their places; only what is beside the picture is not drawn."""
+    right, down = shift
+    camera = CameraState((0.0, -50.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "orthographic", height=20.0).camera()
+
+    def drawn(x, z):
+        image = isospline.render(isospline.Scene([]), camera, size=(200, 200), light="phong", background="white")
+        each = Measurement(1, "distance", (point(x, 0.0, z), point(x + 0.001, 0.0, z)))
+        return draw_measurements(image, [each], camera, "mm").to_srgb()[..., :3].astype(int)
+
+    middle, moved = drawn(0.0, 0.0), drawn(right / 10, -down / 10)
+    around = np.full((600, 600, 3), 255)
+    around[200 + down : 400 + down, 200 + right : 400 + right] = middle
+    seen = around[200:400, 200:400]
+    assert np.abs(moved - seen).max() < 30 and (middle != 255).any()
+
+
+def test_measurements_of_hidden_objects_have_units(ball):
+    """What is measured keeps its unit, whether the object is seen or not."""
+    length = Measurement(1, "distance", (point(3.0, 10.0, 10.0), point(16.0, 10.0, 10.0)))
+    camera = CameraState((10.0, -50.0, 10.0), (10.0, 10.0, 10.0), (0.0, 0.0, 1.0))
+    drawn = {}
+    for unit in ("", "mm"):
+        volume = isospline.VolumeData(np.load(ball), unit=unit)
+        with isospline.view(volume, browser=False) as viewer:
+            state = viewer.state.with_object(0, visible=False).replace(camera=camera, measurements=(length,))
+            drawn[unit] = save(viewer, "png", state, (160, 120), {})[1]
+    assert drawn[""] != drawn["mm"]
 
 
 def test_pictures_of_sessions_show_measurements_if_annotated(ball, tmp_path):
