@@ -61,12 +61,19 @@ def number(least=-math.inf, most=math.inf):
 
     def check(value, name):
         real = isinstance(value, numbers.Real) and not isinstance(value, bool)
-        if not (real and math.isfinite(value) and least <= value <= most):
+        if not (real and _is_finite(value) and least <= value <= most):
             limits = f" from {least:g} to {most:g}" if math.isfinite(least) and math.isfinite(most) else ""
             raise ValueError(f"{name}: expected a finite number{limits}, got {value!r}")
         return float(value)
 
     return check
+
+
+def _is_finite(value):
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number larger than the largest float
+        return False
 
 
 def whole(value, name):

@@ -295,6 +295,8 @@ class Document:
             self._count += 1
             key = f"source{self._count}"
         source = make(key)
+        if not np.isfinite(source.item.bounds).all():
+            raise ValueError(f"{source.name}: expected a mesh with vertices, got one without")
         source.about()  # what windows are told about it must not fail later
         with self._lock:
             for other in self._sources.values():

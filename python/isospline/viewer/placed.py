@@ -54,7 +54,8 @@ def placed_mesh(mesh, transform):
     normals = mesh.normals
     if normals is not None:
         normals = normals @ np.linalg.inv(linear)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals /= np.where(lengths > 0, lengths, 1)  # zero where a vertex has none
     attributes = normals, mesh._colors(), mesh.material, mesh.values, mesh.values_name
     return Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, *attributes)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..base.parameters import check_path
-from ..base.system import whole_file
+from ..base.system import warn, whole_file
 from .checked import Checked, field, options, record, records, text
 from .document import is_mesh, read_source
 from .state import COLOR_RULES, ViewState
@@ -159,28 +159,51 @@ def open_session(document, session, progress=None, folder=None, uploaded=False):
         Before anything is read, if an uploaded session names another file, and for a volume without a level, a mesh
         with one, and a mesh in the place of a volume.
     """
-    _check_kinds(session)
+    check_kinds(session.state, {source.key: (source.path, is_mesh(source.path)) for source in session.sources})
     found = [_source(document, source, progress, folder, uploaded) for source in session.sources]
-    keys = {
-        source.key: (document.add(each) if callable(each) else each).key for source, each in zip(session.sources, found)
-    }
-    return session.state.with_keys(keys)
+    opened: list[str] = []
+    keys: dict[str, str] = {}
+    try:
+        for source, each in zip(session.sources, found):
+            if callable(each):
+                each = document.add(each)
+                opened.append(each.key)
+            keys[source.key] = each.key
+    except BaseException:  # all of them or none
+        for key in opened:
+            document.remove(key)
+        raise
+    state = session.state.with_keys(keys)
+    for each in state.objects:
+        warn_of_level(document[each.source], each.level)
+    return state
 
 
-def _check_kinds(session):
-    """Check that isosurfaces are of volumes, and that values on surfaces and slices are."""
-    paths = {source.key: source.path for source in session.sources}
-    for each in session.state.objects:
-        path = paths[each.source]
-        if is_mesh(path) and each.level is not None:
-            raise ValueError(f"level: expected null, as {path} is a mesh, got {each.level:g}")
-        if not is_mesh(path) and each.level is None:
-            raise ValueError(f"level: expected a number, as {path} is a volume, got null")
-    state = session.state
+def warn_of_level(source, level):
+    """Warn of an isosurface at a level that its volume does not have: nothing of it is seen."""
+    try:
+        if source.is_volume:
+            source.check_level(level)
+    except ValueError as error:
+        warn(f"{error}: there is no surface")
+
+
+def check_kinds(state, sources):
+    """Check that isosurfaces are of volumes, and that values on surfaces and slices are.
+
+    `sources` has the name of each source, and whether it is a mesh, by its key.
+    """
+    for each in state.objects:
+        source, is_of_mesh = sources[each.source]
+        if is_of_mesh and each.level is not None:
+            raise ValueError(f"level: expected null, as {source} is a mesh, got {each.level:g}")
+        if not is_of_mesh and each.level is None:
+            raise ValueError(f"level: expected a number, as {source} is a volume, got null")
     values = [("color_by", each.color_by) for each in state.objects] + [("slices", state.slices.volume)]
     for name, key in values:
-        if key in paths and is_mesh(paths[key]):
-            raise ValueError(f"{name}: expected the key of a volume, got {key!r} of the mesh {paths[key]}")
+        source, is_of_mesh = sources.get(key, (None, False))
+        if is_of_mesh:
+            raise ValueError(f"{name}: expected the key of a volume, got {key!r} of the mesh {source}")
 
 
 def _source(document, source, progress, folder, uploaded):

@@ -142,6 +142,10 @@ class CameraState(Checked):
         height = 2 * distance * float(np.tan(np.radians(camera.field_of_view) / 2))
         return cls(**vectors, field_of_view=camera.field_of_view, height=height)
 
+    def __post_init__(self):
+        super().__post_init__()
+        self.camera()  # raises if it looks nowhere
+
     def camera(self):
         """The camera itself."""
         if self.projection == "orthographic":
@@ -165,11 +169,12 @@ class ViewState(Checked):
 
     def __post_init__(self):
         super().__post_init__()
-        ids = set()
-        for each in self.objects:
-            if each.id in ids:
-                raise ValueError(f"id: expected one of its own for each object, got {each.id} of several")
-            ids.add(each.id)
+        for kind, parts in (("object", self.objects), ("measurement", self.measurements)):
+            ids = set()
+            for each in parts:
+                if each.id in ids:
+                    raise ValueError(f"id: expected one of its own for each {kind}, got {each.id} of several")
+                ids.add(each.id)
 
     def object(self, id):
         """The object with an id."""

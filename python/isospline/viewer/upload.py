@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import threading
 from collections import Counter
 
 from ..base.parameters import check_count
 from ..io.raw_shape import describe_raw
+from ..io.read import FORMATS
 from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.budget import parse_memory
 from .session import SESSION_SUFFIXES, is_inside
@@ -49,6 +51,13 @@ class Uploads:
     def path(self):
         """The folder that has all of them; None before the first."""
         return self._temporary and self._temporary.path
+
+    def without_folders(self, text):
+        """A text that names files of uploads, without their temporary folders."""
+        if self.path is None:
+            return text
+        text = re.sub(rf"{re.escape(self.path)}[/\\][^/\\\s]+[/\\]", "", text)
+        return re.sub(rf"{re.escape(self.path)}[/\\][^/\\\s:]+", "the uploaded files", text)
 
     def folder(self, sizes=()):
         """A new folder for files of some sizes. It is removed with the viewer, or by `discard`.
@@ -180,10 +189,7 @@ class Upload:
         return sessions[0] if sessions else None
 
     def paths(self):
-        """The paths to open: header files, which name their samples; a folder of slices; or each file on its own."""
-        headers = [path for path in self._paths if path.lower().endswith(_HEADERS)]
-        if headers:
-            return headers
+        """The paths to open: a folder of slices, or each file on its own, without those that others name."""
         companions = tuple(
             suffix
             for mesh, suffixes in _COMPANIONS.items()
@@ -191,6 +197,8 @@ class Upload:
             for suffix in suffixes
         )
         paths = [path for path in self._paths if not path.lower().endswith(companions)]
+        if any(path.lower().endswith(_HEADERS) for path in paths):  # others without a format of their own are samples
+            return [path for path in paths if path.lower().endswith((*FORMATS, *MESH_SUFFIXES))]
         slices = [path for path in paths if not path.lower().endswith(MESH_SUFFIXES)]
         if len(slices) > 3 and all(
             path.lower().endswith((".dcm", ".tif", ".tiff")) or "." not in os.path.basename(path) for path in slices

@@ -23,7 +23,7 @@ from .document import Document, read_source, source_of
 from .framing import camera_towards
 from .history import History
 from .picture import PictureMaker
-from .session import is_inside, open_session, read_session
+from .session import is_inside, open_session, read_session, warn_of_level
 from .state import ViewState
 from .to_page import Progress, Steps
 from .upload import UPLOAD_COUNT, UPLOAD_LIMIT, Uploads
@@ -212,7 +212,11 @@ class Viewer:
     def _show(self, make, levels, look=None, table=False):
         with self._telling_end():
             source = self.document.add(make)
-            return self._show_source(source, levels, look or {}, table)
+            try:
+                return self._show_source(source, levels, look or {}, table)
+            except BaseException:
+                self.document.remove(source.key)
+                raise
 
     def _show_source(self, source, levels, look, table):
         if "color" in look:
@@ -238,6 +242,8 @@ class Viewer:
 
         self._make_room(add(self.state), source)
         self.change(add)
+        for level in levels:
+            warn_of_level(source, level)
         for window in self.windows():
             window.document_changed()
         return source

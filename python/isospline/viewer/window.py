@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import re
 import threading
 import time
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from .. import colors
 from . import to_page
-from .checked import number, whole
+from .checked import number, text, whole
 from .encode import encode_jpeg, encode_png, packed
 from .from_page import FROM_PAGE
 from .measure import index_of, measure
@@ -21,6 +20,7 @@ from .measurements import to_csv, with_point
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
+from .session import check_kinds
 from .slices import COARSE, sample_slices, value_at
 from .state import COLOR_MAPS, COLOR_RULES
 from .upload import Receiver
@@ -167,10 +167,8 @@ class Window:
 
     def _failed(self, error):
         """Tell the page of an error, without the temporary folders of uploads."""
-        words, folder = str(error), self._viewer.uploads.path
-        if folder:
-            words = re.sub(rf"{re.escape(folder)}[/\\][^/\\\s]+[/\\]", "", words)
-        self.send(to_page.Error(" ".join(words.split()) or type(error).__name__))
+        words = self._viewer.uploads.without_folders(str(error)).split()
+        self.send(to_page.Error(" ".join(words) or type(error).__name__))
 
     # -- From the page ---------------------------------------------------------------------------------------------
 
@@ -225,7 +223,6 @@ class Window:
         (self._slices if message.slices else self._frames).acknowledge()
 
     def _on_camera(self, message):
-        message.camera.camera()  # raises for invalid values
         with self._lock:
             self._camera = message.camera
         self._viewer.remember_camera(message.camera)
@@ -253,7 +250,7 @@ class Window:
 
     def _on_change_object(self, message):
         id, changes = message.id, message.changes
-        rule = changes.get("color_by", "color")
+        rule = text(changes.get("color_by", "color"), "color_by")
         if rule not in COLOR_RULES and not self._viewer.document[rule].is_volume:
             raise ValueError(f"color_by: expected one of {', '.join(COLOR_RULES)} or a volume, got {rule!r}")
         if "level" in changes:
@@ -355,12 +352,15 @@ class Window:
 
     def _on_restore(self, message):
         """Show the state of a page that was connected to another viewer, as far as the same files are open."""
-        state, keys, left = message.state, {}, list(message.sources)
+        state, keys, left, kinds = message.state, {}, list(message.sources), {}
         for each in self._viewer.document:  # files of the same name are in order
             if (before := next((old for old in left if old.name == each.name), None)) is not None:
                 keys[before.key] = each.key
+                kinds[each.key] = each.name, not each.is_volume
                 left.remove(before)
-        self._viewer.change(lambda _: state.with_keys(keys).replace(camera=None))
+        shown = state.with_keys(keys).replace(camera=None)
+        check_kinds(shown, kinds)
+        self._viewer.change(lambda _: shown)
         if state.camera is not None:
             self.set_camera(state.camera)
 

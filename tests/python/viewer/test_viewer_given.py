@@ -181,3 +181,27 @@ def test_a_mesh_has_the_colours_of_its_values_and_others(browser):
         page.page.get_by_role("button", name="+ source1").click()
         page.settle()
         assert viewer.state.objects[0].color_by == "own"
+
+
+def test_a_mesh_without_vertices_is_refused(ball):
+    """Its bounds would be infinite, which pages cannot read, and so would be the picture's."""
+    with isospline.view(ball, browser=False) as viewer:
+        with pytest.raises(ValueError, match="^source2: expected a mesh with vertices, got one without"):
+            viewer.add(isospline.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)))
+        assert [each.key for each in viewer.document] == ["source1"]
+
+
+def test_levels_that_are_no_numbers_open_nothing(ball):
+    with isospline.view(browser=False) as viewer:
+        with pytest.raises(ValueError, match="^level: expected a finite number, got 'a'"):
+            viewer.open(ball, levels=["a"])
+        assert not list(viewer.document)
+
+
+def test_a_moved_mesh_keeps_vertices_without_a_normal():
+    scene = isospline.Scene()
+    mesh = isospline.Mesh(9 * np.eye(3), [(0, 1, 2)], [(0, 0, 0), (0, 0, 1), (0, 1, 0)])
+    scene.add(mesh, transform=np.diag([2.0, 1.0, -3.0, 1.0]))
+    with isospline.view(scene, browser=False) as viewer:
+        (source,) = viewer.document
+        np.testing.assert_array_equal(source.item.normals, [(0, 0, 0), (0, 0, -1), (0, 1, 0)])

@@ -130,6 +130,32 @@ def test_files_of_the_same_name_are_shown_again_in_their_order(ball, tmp_path):
             client.close()
 
 
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        ({"objects": [{"id": 0, "source": "a", "level": None}]}, "level: expected a number, as ball.npy is a volume"),
+        ({"objects": [{"id": 0, "source": "b", "level": 1.0}]}, "level: expected null, as source2 is a mesh"),
+        ({"objects": [{"id": 0, "source": "a", "level": 1.0, "color_by": "b"}]}, "color_by: expected the key of a vol"),
+        ({"slices": {"shown": True, "volume": "b"}}, "slices: expected the key of a volume"),
+        ({"camera": {"eye": [1, 2, 3], "target": [1, 2, 3], "up": [0, 0, 1]}}, "target: expected a point other than"),
+    ],
+)
+def test_states_that_cannot_be_drawn_are_not_shown_again(ball, state, message):
+    """They would be in the way of every window."""
+    with isospline.view(ball, isospline.Mesh(9 * np.eye(3), [(0, 1, 2)]), browser=False) as viewer:
+        before = viewer.state.objects
+        client = Client(viewer)
+        client.receive("frame")
+        names = [{"key": "a", "name": "ball.npy"}, {"key": "b", "name": "source2"}]
+        client.send(type="restore", sources=names, state=state)
+        assert message in client.receive("error")[0]["text"]
+        assert viewer.state.objects == before
+        client.close()
+        again = Client(viewer)
+        assert again.receive("frame", "error")[0]["type"] == "frame"
+        again.close()
+
+
 @pytest.mark.slow
 def test_a_page_of_a_viewer_with_another_token_says_so(context, large_ball):
     with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:

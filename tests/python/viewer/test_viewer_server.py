@@ -105,6 +105,14 @@ def test_an_invalid_message_is_an_error_and_the_viewer_continues(viewer, message
     client.socket.close()
 
 
+@pytest.mark.parametrize("rule", [["color"], {}, 3])
+def test_a_colour_of_a_wrong_type_is_named(viewer, rule):
+    client = Client(viewer)
+    client.send(type="change_object", id=0, changes={"color_by": rule})
+    assert client.receive("error")[0]["text"] == f"color_by: expected text, got {rule!r}"
+    client.socket.close()
+
+
 def test_values_are_told_of_volumes_alone(viewer):
     client = Client(viewer)
     client.send(type="sample", volume="source1", index=[4.25, 9.5, 11])

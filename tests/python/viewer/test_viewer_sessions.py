@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import zipfile
 
 import numpy as np
@@ -283,6 +284,48 @@ def test_sessions_have_no_other_options(tmp_path, options, ball):
     (tmp_path / "a.json").write_bytes(session([{"key": "a", "path": str(ball), **options}]))
     with pytest.raises(ValueError, match="_options: expected some of "):
         isospline.view(session=tmp_path / "a.json", browser=False)
+
+
+def test_a_session_whose_files_cannot_be_read_opens_none_of_them(viewer, ball, tmp_path):
+    sources = [{"key": "a", "path": str(ball)}, {"key": "b", "path": "gone.npy"}]
+    (tmp_path / "a.json").write_bytes(session(sources))
+    with pytest.raises(FileNotFoundError, match=r"gone\.npy"):
+        viewer.open_session(*viewer.read_session(tmp_path / "a.json"))
+    assert [each.key for each in viewer.document] == ["source1"]
+
+
+POINT = {"object": 0, "position": [0, 0, 0], "normal": [0, 0, 1]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"exponent": 10**400}, "exponent: expected a finite number from 0.1 to 100, got 1000"),
+        ({"slices": {"index": [0, 0, 10**400]}}, "index: expected a finite number, got 1000"),
+        ({"camera": {"eye": [1, 2, 3], "target": [1, 2, 3], "up": [0, 0, 1]}}, "target: expected a point other than"),
+        (
+            {"measurements": [{"id": 1, "tool": "point", "points": [POINT]}] * 2},
+            "id: expected one of its own for each measurement, got 1 of several",
+        ),
+    ],
+    ids=["a number", "an index", "a camera", "two measurements"],
+)
+def test_impossible_numbers_of_a_session_are_named(ball, tmp_path, changes, message, capsys):
+    path = tmp_path / "a session.json"
+    path.write_bytes(session([{"key": "a", "path": str(ball)}], **changes))
+    assert main(["render", "--session", str(path), "-o", str(tmp_path / "a.png"), "--size", "40x30"]) == 2
+    assert message in capsys.readouterr().err and not (tmp_path / "a.png").exists()
+
+
+def test_a_level_that_a_file_does_not_have_is_told(ball, tmp_path, capsys):
+    """For example, that of another file which had this name."""
+    message = f"level: expected .* the values of {ball.name}, got 1e\\+30: there is no surface"
+    (tmp_path / "a.json").write_bytes(session([{"key": "a", "path": str(ball)}], level=1e30))
+    command = ["render", "--session", tmp_path / "a.json", "-o", tmp_path / "a.png", "--size", "40x30"]
+    assert main(list(map(str, command))) == 0
+    assert re.search(f"warning: {message}", capsys.readouterr().err)
+    with pytest.warns(UserWarning, match=message):
+        isospline.view(ball, levels=[1e30], browser=False).close()
 
 
 def test_a_session_is_named_by_a_path():

@@ -2,6 +2,7 @@
 
 import base64
 import gzip
+import io
 import json
 import os
 import pathlib
@@ -154,6 +155,26 @@ def test_an_upload_may_refer_to_its_own_files(viewer):
     for source in sources[:2]:
         place = (source.item.affine @ (2, 3, 4, 1))[:3]
         np.testing.assert_allclose(source.item.sample(place), samples[4, 3, 2], atol=1e-3)
+    client.close()
+
+
+def test_files_beside_a_header_are_opened(viewer):
+    """All but its samples."""
+    samples = np.random.default_rng(0).integers(0, 255, SHAPE, np.uint8)
+    file = io.BytesIO()
+    np.save(file, samples)
+    off = b"OFF\n3 1 0\n0 0 7\n7 0 7\n0 7 7\n3 0 1 2\n"
+    client = Client(viewer)
+    files = {"a.mhd": mhd("a.raw"), "a.raw": samples.tobytes(), "the other.npy": file.getvalue(), "b.off": off}
+    assert not client.uploaded(files)
+    assert [source.name for source in viewer.document][1:] == ["a.mhd", "the other.npy", "b.off"]
+    client.close()
+
+
+def test_errors_of_a_folder_of_slices_do_not_name_it(viewer):
+    client = Client(viewer)
+    text = client.uploaded(dict.fromkeys("abcd", b"nothing"))
+    assert text.startswith("the uploaded files: expected a folder with a DICOM series or TIFF slices"), text
     client.close()
 
 
