@@ -58,10 +58,11 @@ def read(path, load=read_samples, *, within=None):
     expected = math.prod(shape) * dtype.itemsize // len(parts) if is_of_known_size else 0
     parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
     if is_text:
-        if len(parts) > 1:
-            raise ValueError(f"expected one file of samples as text, got {len(parts)}")
-        ((part, at),) = parts
-        data = read_text(part, at, shape, dtype.newbyteorder("="))
+        slices, rest = divmod(shape[0], len(parts))
+        if rest:
+            raise ValueError(f"expected files of whole slices, got {len(parts)} for {shape[0]} slices")
+        part_shape, native = (slices, *shape[1:]), dtype.newbyteorder("=")
+        data = np.concatenate([read_text(part, at, part_shape, native) for part, at in parts])
     else:
         data = load([(part, at, 0) for part, at in parts], shape, dtype, compression)
     return about.to_volume_data(data).replace(patient=_is_patient(header), unit=_unit(header))

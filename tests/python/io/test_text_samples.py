@@ -47,3 +47,19 @@ def test_samples_that_the_type_does_not_hold_are_refused(tmp_path, text, expecte
 @pytest.mark.parametrize("suffix", [".mha", ".nrrd"])
 def test_whole_numbers_with_an_exponent_are_whole_numbers(tmp_path, suffix):
     assert (read(tmp_path, "int16", suffix, "1.2e+04 " * 60) == 12000).all()
+
+
+@pytest.mark.parametrize("names", ["LIST\na 0.txt\na 1.txt\na 2.txt\n", "a%d.txt 0 2 1\n"])
+def test_metaimage_with_a_text_file_for_each_slice(tmp_path, names):
+    samples = np.arange(60).reshape(3, 4, 5)
+    for number, each in enumerate(samples):
+        name = f"a {number}.txt" if "LIST" in names else f"a{number}.txt"
+        (tmp_path / name).write_text(" ".join(map(str, each.ravel().tolist())) + "\n", encoding="ascii")
+    header = META.format("MET_SHORT").replace("LOCAL\n", names)
+    (tmp_path / "a.mhd").write_text(header, encoding="ascii")
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.mhd").data, samples)
+    lists = header.replace(names, "LIST\nb\nb\n")
+    (tmp_path / "a.mhd").write_text(lists, encoding="ascii")
+    (tmp_path / "b").write_text("1 " * 30, encoding="ascii")
+    with pytest.raises(ValueError, match="expected files of whole slices, got 2 for 3 slices"):
+        read_volume(tmp_path / "a.mhd")
