@@ -208,7 +208,10 @@ def _torch():
 def _tensor(given):
     """A tensor as it is, and anything else as NumPy reads it: PyTorch would round Python's numbers to float32."""
     torch = _torch()
-    return given if isinstance(given, torch.Tensor) else torch.as_tensor(np.asarray(given))
+    if isinstance(given, torch.Tensor):
+        return given
+    array = np.array(given, order="C")  # PyTorch takes neither other byte orders nor negative strides
+    return torch.as_tensor(array.astype(array.dtype.newbyteorder("="), copy=False))
 
 
 class _Parameters:

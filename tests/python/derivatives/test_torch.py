@@ -97,6 +97,9 @@ def test_numbers_in_place_of_tensors_are_not_rounded(torch):
     t_hit, _ = isospline.torch.cast(scene(), rays(torch, dtype=torch.float64), levels={0: level})
     of_numbers, _ = isospline.torch.cast(scene(), rays(torch).tolist(), levels={0: 0.03})
     assert of_numbers.dtype == torch.float64 and torch.equal(of_numbers, t_hit)
+    odd = rays(torch).numpy()[::-1].astype(">f8")
+    odd.flags.writeable = False
+    assert torch.equal(isospline.torch.cast(scene(), odd, levels={0: 0.03})[0], t_hit.flip(0))
     motion = np.eye(4)
     motion[0, 3] = 0.1
     moved = isospline.torch.depth(scene(), CAMERA, SIZE, levels={0: 0.03}, camera_motion=motion)
