@@ -1,7 +1,8 @@
 """What rays find and pictures show as functions of tensors, with gradients: PyTorch on top of `isospline.derivatives`.
 
 Each function takes a scene, and tensors in place of some of its parts: levels, samples, transforms. Arrays go in and
-arrays come out, so that any loop of optimization can call it.
+arrays come out, so that any loop of optimization can call it. Numbers, lists and arrays of NumPy in place of tensors
+keep NumPy's type: numbers of Python are float64.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def cast(
         level.grad
     """
     parameters = _Parameters(scene, levels, samples, transforms)
-    given = _torch().as_tensor(rays)
+    given = _tensor(rays)
     if not given.dtype.is_floating_point:
         raise TypeError(f"rays: expected a tensor of real numbers, got {given.dtype}")
 
@@ -149,7 +150,7 @@ def picture(
     --------
     isospline.derivatives.picture_vjp : the same without PyTorch, and what is differentiated.
     """
-    motion = _torch().eye(4, dtype=_torch().float64) if camera_motion is None else _torch().as_tensor(camera_motion)
+    motion = _torch().eye(4, dtype=_torch().float64) if camera_motion is None else _tensor(camera_motion)
     if not motion.dtype.is_floating_point:  # the picture would have this type
         raise TypeError(f"camera_motion: expected a tensor of real numbers, got {motion.dtype}")
     if not _is_motion(_array(motion)):
@@ -167,7 +168,7 @@ def picture(
 
         return (found,), back
 
-    given = [tensor for tensor in (camera_motion, *parameters.tensors) if tensor is not None]
+    given = [motion] if camera_motion is not None else parameters.tensors
     return _apply(run, motion, *parameters.tensors, like=given[0] if given else motion)[0]
 
 
@@ -204,6 +205,15 @@ def _torch():
     return torch
 
 
+def _tensor(given):
+    """A tensor as it is, and anything else as NumPy reads it: PyTorch would round Python's numbers to float32."""
+    torch = _torch()
+    if isinstance(given, torch.Tensor):
+        return given
+    array = np.array(given, order="C")  # PyTorch takes neither other byte orders nor negative strides
+    return torch.as_tensor(array.astype(array.dtype.newbyteorder("="), copy=False))
+
+
 class _Parameters:
     """The parts of a scene that tensors take the place of."""
 
@@ -228,7 +238,7 @@ class _Parameters:
                     "samples": surfaces[id].volume.shape if id in surfaces else (),
                     "transforms": (4, 4),
                 }
-                tensor = _torch().as_tensor(tensor)
+                tensor = _tensor(tensor)
                 if tuple(tensor.shape) != shape[name]:
                     raise ValueError(f"{name}: expected shape {shape[name]} for {id}, got {tuple(tensor.shape)}")
                 if not tensor.dtype.is_floating_point:

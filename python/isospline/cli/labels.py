@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import re
 
@@ -58,11 +57,17 @@ def given_labels(arguments, reading):
 
 def opened_or_labels(arguments, read, reading):
     """What `opened` gives, and None; of a file that describes segments its first layer, and its label map."""
-    with contextlib.suppress(ValueError, TypeError):  # such as of fractional segments, which are read as a volume
+    refused = None
+    try:
         if not given(arguments, ("shape", *OF_STORES)) and has_segments(arguments.file):
             labels = isospline.Labels.read(arguments.file, **reading(arguments))
             return labels.source, labels
-    return opened(arguments, read), None
+    except (ValueError, TypeError) as error:  # such as of fractional segments, which are read as a volume
+        refused = error
+    try:
+        return opened(arguments, read), None
+    except (ValueError, TypeError) as error:
+        raise refused or error from None
 
 
 def recognized_labels(data, arguments, reading, say):
@@ -87,8 +92,15 @@ def wanted_labels(labels, arguments):
     """The numbers of the labels that the options choose."""
     if not arguments.label:
         return list(labels.numbers)
-    words = [int(word) if re.fullmatch("-?[0-9]+", word) else word for word in arguments.label]
-    return [find(labels.segments, word).number for word in words]
+    return [find(labels.segments, _name_or_number(labels, word)).number for word in arguments.label]
+
+
+def _name_or_number(labels, word):
+    """A number, unless a label has these digits as its name and none has this number."""
+    if not re.fullmatch("-?[0-9]+", word):
+        return word
+    number = int(word)
+    return word if word in labels.names and number not in labels.numbers else number
 
 
 def set_colors(labels, arguments):

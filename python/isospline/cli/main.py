@@ -355,7 +355,8 @@ def _read(arguments):
     """The volume that the options specify."""
     volume = isospline.read_volume(arguments.file, **_reading(arguments))
     if found := describe_not_finite(volume.data):
-        raise ValueError(f"{arguments.file}: expected finite samples, got {found}; --nan VALUE replaces NaN")
+        hint = "; --nan VALUE replaces NaN" if np.isnan(volume.data).any() else ""
+        raise ValueError(f"{arguments.file}: expected finite samples, got {found}{hint}")
     return volume
 
 

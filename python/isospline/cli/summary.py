@@ -30,23 +30,27 @@ def summarize(volume, path, levels=3, labels=None):
         columns = table.numbers.tolist(), table.names.tolist(), table.voxel_counts.tolist()
         return {**about, "segments": [dict(zip(("number", "name", "voxels"), row)) for row in zip(*columns)]}
     values, counts = histogram(data)
-    mean = np.average(values, weights=counts)
-    edges = np.linspace(values[0], values[-1], (ROWS if len(values) > 1 else 1) + 1)
-    rows = np.histogram(values, edges, weights=counts)[0] if len(values) > 1 else counts
+    # Over a power of two, at most 1: neither sums nor squares overflow.
+    exponent = int(np.frexp(np.abs(values).max())[1])
+    shares = np.ldexp(values, -exponent)
+    mean = np.average(shares, weights=counts)
+    edges = np.linspace(shares[0], shares[-1], (ROWS if len(values) > 1 else 1) + 1)
+    rows = np.histogram(shares, edges, weights=counts)[0] if len(values) > 1 else counts
     return {
         **about,
         "minimum": float(data.min()),
         "maximum": float(data.max()),
-        "mean": float(mean),
-        "standard_deviation": _standard_deviation(data, mean),
-        "histogram": {"edges": edges.tolist(), "counts": rows.astype(int).tolist()},
+        "mean": math.ldexp(mean, exponent),
+        "standard_deviation": math.ldexp(_standard_deviation(data, mean, exponent), exponent),
+        "histogram": {"edges": np.ldexp(edges, exponent).tolist(), "counts": rows.astype(int).tolist()},
         "suggested_levels": levels_of_histogram(values, counts, levels),
     }
 
 
-def _standard_deviation(data, mean):
-    """That of the samples, slice by slice: bins of the histogram have deviations of their own."""
-    squares = math.fsum(float(((each.astype(float) - mean) ** 2).sum()) for each in np.atleast_2d(data))
+def _standard_deviation(data, mean, exponent):
+    """That of the samples over a power of two, slice by slice: bins of the histogram have deviations of their own."""
+    slices = (np.ldexp(each.astype(float), -exponent) for each in np.atleast_2d(data))
+    squares = math.fsum(float(((each - mean) ** 2).sum()) for each in slices)
     return math.sqrt(squares / data.size)
 
 

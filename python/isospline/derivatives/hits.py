@@ -74,7 +74,9 @@ def cast_vjp(
     outputs = outputs_of_hits(normals)
     hits = scene.cast_rays(given, t_near=t_near, t_far=t_far, coherent=coherent, outputs=outputs)
     shape, flat_rays = hits.t_hit.shape, given.reshape(-1, 6)
-    flat = type(hits)({name: each.reshape(len(flat_rays), *each.shape[len(shape) :]) for name, each in hits.items()})
+    # The caller may change these, too; those by coefficients, which take most of the memory, are not copied.
+    kept = {name: each if name.startswith("coefficient_") else each.copy() for name, each in hits.items()}
+    flat = type(hits)({name: each.reshape(len(flat_rays), *each.shape[len(shape) :]) for name, each in kept.items()})
     placed, moves = Placed(scene), are_moving(hits)
 
     def vjp(t_hit=None, primitive_normals=None, samples=True):

@@ -59,6 +59,8 @@ def read_raw(path, shape, dtype, offset):
         )
     dtype = np.dtype(dtype)
     check_samples(shape, dtype, mapped=True)
+    if offset < 0:
+        raise ValueError(f"expected an offset of at least 0, got {offset}")
     expected, size = offset + math.prod(shape) * dtype.itemsize, os.path.getsize(path)
     if size != expected:
         header = f" after {offset} bytes" if offset else ""

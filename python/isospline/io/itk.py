@@ -76,14 +76,6 @@ def load_header(path, image_io, slices, mapped):
     }
 
 
-def load_image(path, image_io):
-    """An image as `VolumeData`, for `isolated.call`."""
-    with quiet():
-        reader = open_header(path, image_io)
-        check_header(reader)
-        return vars(to_volume_data(reader.Execute()))
-
-
 def check_header(reader, slices=1, mapped=False):
     """Check the samples' shape and type in the header, for `slices` times as many; `mapped` samples need no memory."""
     _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices, mapped)

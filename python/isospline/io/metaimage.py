@@ -1,6 +1,7 @@
-"""MetaImage. SimpleITK reads the header after it is checked; zlib and NumPy read binary samples.
+"""MetaImage. SimpleITK reads the header after it is checked; Python, zlib and NumPy read the samples.
 
-ITK accepts partly inflated samples of damaged files, and reads any number of dimensions that a header names.
+ITK accepts partly inflated samples of damaged files, reads any number of dimensions that a header names, and rounds
+samples as text to float64 and then to the type, whether it holds them or not.
 """
 
 from __future__ import annotations
@@ -8,16 +9,14 @@ from __future__ import annotations
 import math
 import os
 import re
-from pathlib import Path
 
 import numpy as np
 
 from ..base.units import PICOMETRES
-from . import isolated, itk
+from . import itk
 from .checks import check_file, utf8
 from .confinement import check_within
-from .packed import read_samples
-from .volume_data import VolumeData
+from .packed import read_samples, read_text
 
 # The longest line of a header in bytes: ITK reads it into a buffer of fixed size.
 LINE_LIMIT = 4000
@@ -48,19 +47,24 @@ def read(path, load=read_samples, *, within=None):
     for part, _ in parts:
         check_within(part, within, "files of samples")
         check_file(part)
-    if not _is_true(header, "BinaryData", default=True):
-        image = isolated.call("isospline.io.itk:load_image", Path(path), "SimpleITK", image_io="MetaImageIO")
-        return VolumeData(**image).replace(patient=_is_patient(header), unit=_unit(header))
-
-    about = itk.read_header(path, "MetaImageIO", mapped=load is not read_samples)
+    is_text = not _is_true(header, "BinaryData", default=True)
+    about = itk.read_header(path, "MetaImageIO", mapped=load is not read_samples and not is_text)
     dtype = np.dtype(about.dtype)
     if _is_true(header, "BinaryDataByteOrderMSB") or _is_true(header, "ElementByteOrderMSB"):
         dtype = dtype.newbyteorder(">")
     shape = tuple(about.size[2::-1])
     compression = "zlib" if _is_true(header, "CompressedData") else None
-    expected = math.prod(shape) * dtype.itemsize // len(parts) if compression is None else 0
+    is_of_known_size = not (is_text or compression)
+    expected = math.prod(shape) * dtype.itemsize // len(parts) if is_of_known_size else 0
     parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
-    data = load([(part, at, 0) for part, at in parts], shape, dtype, compression)
+    if is_text:
+        slices, rest = divmod(shape[0], len(parts))
+        if rest:
+            raise ValueError(f"expected files of whole slices, got {len(parts)} for {shape[0]} slices")
+        part_shape, native = (slices, *shape[1:]), dtype.newbyteorder("=")
+        data = np.concatenate([read_text(part, at, part_shape, native) for part, at in parts])
+    else:
+        data = load([(part, at, 0) for part, at in parts], shape, dtype, compression)
     return about.to_volume_data(data).replace(patient=_is_patient(header), unit=_unit(header))
 
 

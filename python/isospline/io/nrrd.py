@@ -9,15 +9,14 @@ import math
 import os
 import re
 import tempfile
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import isolated, itk
+from . import itk
 from .checks import check_file, one_unit, utf8
 from .confinement import check_within
-from .packed import check_skip, read_samples
+from .packed import check_skip, read_as, read_samples, read_text
 
 _TEXTS = ("ascii", "text", "txt")
 _COMPRESSIONS = {"raw": None, "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"}
@@ -75,14 +74,14 @@ def read(path, load=read_samples, *, within=None, layered=False):
     about: dict[str, Any] = {"unit": one_unit(re.findall(r'"([^"]*)"', header.get("space units", "")))}
     about["patient"] = header.get("space", "").lower() in _PATIENT_SPACES
     if encoding in _TEXTS:
-        return checked.to_volume_data(_read("load_text", files[0], begin, shape, dtype)).replace(**about)
+        return checked.to_volume_data(read_text(files[0], begin, shape, dtype)).replace(**about)
     if dtype.itemsize > 1:
         order = header.get("endian", "").lower()
         if order not in ("little", "big"):
             raise ValueError(f"expected endian little or big, got {order or 'none'}")
         dtype = dtype.newbyteorder("<" if order == "little" else ">")
     if encoding == "hex":
-        data = _read("load_hex", files[0], begin, shape, dtype)
+        data = read_as("isospline.io.nrrd:load_hex", files[0], begin, shape, dtype)
     else:
         parts = _parts(files, begin, header, math.prod(shape) * dtype.itemsize)
         data = load(parts, shape, dtype, _COMPRESSIONS[encoding])
@@ -97,12 +96,6 @@ def sample_files(path):
 def _placed(path, names):
     """The paths of files that the header of another names; the path itself if it names none."""
     return [path] if names is None else [os.path.join(os.path.dirname(utf8(path)), name) for name in names]
-
-
-def _read(function, file, begin, shape, dtype):
-    """Read samples as text in a process of its own, as they take many times the memory of the file."""
-    place = {"begin": begin, "shape": shape, "dtype": dtype.str}
-    return isolated.call(f"isospline.io.nrrd:{function}", Path(file), **place)
 
 
 def _check_by_itk(fields, layers, mapped):
@@ -232,22 +225,6 @@ def _integer(fields, name, default=None):
 
 
 # What follows runs in the process of its own.
-
-
-def load_text(path, begin, shape, dtype):
-    """Samples as text, separated by blanks."""
-    dtype = np.dtype(dtype)
-    with open(path, "rb") as opened:
-        opened.seek(begin)
-        words = opened.read().split()
-    count = math.prod(shape)
-    if len(words) != count:
-        raise ValueError(f"expected {count} samples, got {len(words)}: the file is truncated or damaged")
-    kind = float if dtype.kind == "f" else int
-    try:
-        return np.array([kind(word) for word in words], dtype).reshape(shape)
-    except (ValueError, OverflowError):
-        raise ValueError(f"expected samples of {dtype}, got others: the file is damaged") from None
 
 
 def load_hex(path, begin, shape, dtype):

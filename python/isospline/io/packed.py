@@ -1,6 +1,6 @@
-"""Reads samples as a file stores them, compressed or not, to the end and including the checksum.
+"""Reads samples as a file stores them, as text, compressed or not, to the end and including the checksum.
 
-Compressed samples are decompressed in a process of their own.
+Compressed samples are decompressed, and text is read, in a process of their own.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import bz2
 import contextlib
 import gzip
+import math
 import zlib
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,46 @@ def read_samples(parts, shape, dtype, compression=None):
         with opened(path, begin, compression, skipped, size) as stream:
             fill(stream, content[number * size : (number + 1) * size])
     return data.astype(data.dtype.newbyteorder("="), copy=False)
+
+
+def read_text(path, begin, shape, dtype):
+    """Samples as text, separated by blanks, from a byte of a file to its end."""
+    return read_as("isospline.io.packed:load_text", path, begin, shape, dtype)
+
+
+def read_as(function, path, begin, shape, dtype):
+    """Samples that a function reads in a process of its own, as text takes many times the memory of the file."""
+    return isolated.call(function, Path(path), begin=begin, shape=shape, dtype=dtype.str)
+
+
+def load_text(path, begin, shape, dtype):
+    """`read_text`, for `isolated.call`. Whole numbers are exact; those like 1.5e+06, as ITK writes them, count, too."""
+    dtype = np.dtype(dtype)
+    with open(path, "rb") as file:
+        file.seek(begin)
+        words = file.read().split()
+    count = math.prod(shape)
+    if len(words) != count:
+        raise ValueError(f"expected {count} samples, got {len(words)}: the file is truncated or damaged")
+    try:
+        numbers = [float(word) for word in words] if dtype.kind == "f" else [_whole(word, dtype) for word in words]
+        return np.array(numbers, dtype).reshape(shape)
+    except (ValueError, OverflowError):
+        raise ValueError(f"expected samples of {dtype}, got others: the file is damaged") from None
+
+
+def _whole(word, dtype):
+    """A whole number that a type holds: some versions of NumPy would wrap others."""
+    try:
+        number = int(word)
+    except ValueError:
+        number = int(float(word))
+        if number != float(word):
+            raise
+    limits = np.iinfo(dtype)
+    if not limits.min <= number <= limits.max:
+        raise OverflowError
+    return number
 
 
 def check_skip(count):

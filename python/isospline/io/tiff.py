@@ -131,24 +131,28 @@ def _shape_of(series, file):
 @contextlib.contextmanager
 def _opened_series(path, within=None):
     """A tifffile file and its only series of pages, after checks."""
-    with _opened(path, within) as file:
+    with contextlib.ExitStack() as stack:
+        file = stack.enter_context(_opened(path, within))
+        if file.is_shaped and len(file.series) > 1 and all(len(series.pages) == 1 for series in file.series):
+            # Pages that tifffile has written one by one have a description each, which makes a series of each.
+            file = stack.enter_context(_opened(path, within, is_shaped=False))
         if len(file.series) != 1:
-            shapes = ", ".join(str(series.shape) for series in file.series)
-            raise ValueError(f"expected pages of one kind, got {len(file.series)}: {shapes}")
+            kinds = ", ".join(f"{series.shape} {series.dtype}" for series in file.series)
+            raise ValueError(f"expected one series of pages of one kind, got {len(file.series)}: {kinds}")
         series = file.series[0]
         _check_axes(series)
         yield file, series
 
 
 @contextlib.contextmanager
-def _opened(path, within):
+def _opened(path, within, **flags):
     """A tifffile file. If it is confined to a folder, only the files that OME's metadata name may belong to it."""
     import tifffile
 
     _check_pages(path)
     with _quiet():
         is_of_several = within is None or _names_files(path, within)
-        with tifffile.TiffFile(path, _multifile=is_of_several) as file:
+        with tifffile.TiffFile(path, _multifile=is_of_several, **flags) as file:
             yield file
 
 

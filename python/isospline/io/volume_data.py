@@ -168,8 +168,8 @@ class VolumeData(Shown):
             return known("Volume")(samples, **{**self.frame, **options})
         except ValueError as error:
             if found := describe_not_finite(samples):
-                hint = "read_volume(path, nan=VALUE) replaces those that are NaN"
-                raise ValueError(f"data: expected finite samples, got {found}; {hint}") from error
+                hint = "; read_volume(path, nan=VALUE) replaces those that are NaN" if np.isnan(samples).any() else ""
+                raise ValueError(f"data: expected finite samples, got {found}{hint}") from error
             raise
 
     def to_pyvista(self) -> Any:

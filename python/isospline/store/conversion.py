@@ -24,6 +24,9 @@ from .sources.source import Source
 _STAGING_PART = 0.2
 _RANGE_COST, _PREFILTER_COST, _RANGES_COST, _REDUCE_COST, _SAMPLE_COST = 1.0, 4.0, 2.0, 3.0, 1.0
 
+#: What errors offer where a store is in the way.
+OR_OVERWRITE = "or overwrite=True, --overwrite on the command line"
+
 
 class Conversion:
     """One run of a conversion into a store. It may continue an earlier, interrupted run."""
@@ -128,7 +131,7 @@ class Conversion:
             if self._state.get(name, value) != value:
                 raise ValueError(
                     "source: expected the samples of the conversion that was begun, got others: their "
-                    f"{name} is {value}, not {self._state[name]}; or overwrite=True"
+                    f"{name} is {value}, not {self._state[name]}; {OR_OVERWRITE}"
                 )
         return about
 
@@ -233,7 +236,7 @@ def _begin(root, options, may_be_complete=False):
         return _new_state(root, options)
     attributes = group_attributes(root)
     if attributes.get("complete") and not may_be_complete:
-        raise FileExistsError(f"{printable(root)}: expected no store, or an incomplete one; or overwrite=True")
+        raise FileExistsError(f"{printable(root)}: expected no store, or an incomplete one; {OR_OVERWRITE}")
     state = attributes["conversion"]
     if "shard" not in state and state["options"] != options:
         if state["options"].get("source") != options["source"]:
@@ -255,7 +258,7 @@ def check_options(root: Path, begun: dict[str, Any], options: dict[str, Any]) ->
         if begun.get(name) != value:
             raise ValueError(
                 f"{printable(root)}: expected {name} as in the conversion that was begun, {begun.get(name)}, got "
-                f"{value}; or overwrite=True"
+                f"{value}; {OR_OVERWRITE}"
             )
 
 

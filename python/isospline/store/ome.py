@@ -36,10 +36,13 @@ def name_of_unit(symbol: str | None) -> str | None:
 def multiscales(name: str, levels: list[dict[str, Any]], unit: str | None, patient: bool) -> dict[str, Any]:
     """The attribute "ome" of a store, about the samples of its levels.
 
-    OME-Zarr 0.5 has no rotations, so the coordinates are those along the axes of the samples, which may be rotated in
+    OME-Zarr 0.5 has no rotations, so the coordinates are lengths along the axes of the samples, which may be rotated in
     the world.
     """
-    orientations = _orientations(levels[0]["direction"]) if patient else None
+    direction = np.array(levels[0]["direction"])
+    lengths = np.linalg.norm(direction, axis=0)
+    lengths[np.abs(lengths - 1) < 1e-6] = 1  # directions of files are rounded
+    orientations = _orientations(direction / lengths) if patient else None
     axes: list[dict[str, Any]] = [{"name": axis, "type": "space"} for axis in "zyx"]
     for number, axis in enumerate(reversed(axes)):
         if unit:
@@ -48,12 +51,12 @@ def multiscales(name: str, levels: list[dict[str, Any]], unit: str | None, patie
             axis["orientation"] = {"type": "anatomical", "value": orientations[number]}
     datasets = []
     for number, level in enumerate(levels):
-        translation = np.linalg.solve(np.array(level["direction"]), np.array(level["origin"]))
+        scale, translation = level["spacing"] * lengths, np.linalg.solve(direction / lengths, level["origin"])
         datasets.append(
             {
                 "path": str(number),
                 "coordinateTransformations": [
-                    {"type": "scale", "scale": level["spacing"][::-1]},
+                    {"type": "scale", "scale": scale[::-1].tolist()},
                     {"type": "translation", "translation": translation[::-1].tolist()},
                 ],
             }

@@ -13,7 +13,7 @@ from ..base.parameters import check_path, printable
 from ..io import VolumeData
 from ..io.read import check_used
 from . import layout
-from .conversion import check_options
+from .conversion import OR_OVERWRITE, check_options
 from .metadata import VERSION, errors_name_store, group_attributes
 from .sources import ome_zarr
 from .sources.opening import open_source
@@ -78,7 +78,7 @@ def begin(root: Path, count: int, options: dict[str, Any]) -> list[Path]:
         _describe(root, count, options, complete=False)
     attributes = group_attributes(root)
     if attributes.get("complete") or "time_steps" not in attributes:
-        raise FileExistsError(f"{printable(root)}: expected no store, or an incomplete one; or overwrite=True")
+        raise FileExistsError(f"{printable(root)}: expected no store, or an incomplete one; {OR_OVERWRITE}")
     check_options(root, attributes["conversion"]["options"], {"time_steps": count, **options})
     return [root / key for key in attributes["time_steps"]]
 

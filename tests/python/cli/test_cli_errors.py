@@ -367,6 +367,9 @@ def test_samples_that_are_nan_are_told_and_replaced(tmp_path, capsys, command):
     assert main([*given, "--nan", "0"]) == 0
     capsys.readouterr()
     fails(capsys, 2, "nan: expected a finite number in place of NaN, got inf", *given, "--nan", "inf")
+    np.save(tmp_path / "map.npy", np.where(np.isnan(data), np.float32(np.inf), data))
+    for options in ([], ["--nan", "0"]):  # which would not help
+        fails(capsys, 2, rf"{told}\n$", *given, *options)
 
 
 @pytest.fixture
@@ -427,6 +430,7 @@ def test_stores_are_written_with_a_number_in_place_of_nan(nan_files, tmp_path, c
     fails(capsys, 2, told, "convert", path, out)
     fails(capsys, 2, "nan: expected a finite number in place of NaN, got inf", "convert", path, out, "--nan", "inf")
     assert main(["convert", str(path), str(out), "--overwrite", "--nan", "-2.5"]) == 0
+    fails(capsys, 2, r"or overwrite=True, --overwrite on the command line\n$", "convert", path, out, "--nan", "-2.5")
     expected = isospline.Volume(np.where(np.isnan(data), np.float32(-2.5), data))
     np.testing.assert_allclose(isospline.open_volume(out).coefficients, expected.coefficients, atol=1e-6)
 

@@ -124,3 +124,18 @@ def test_the_deviation_of_samples_far_apart_is_that_of_numpy(tmp_path, capsys, r
     assert main(["info", str(tmp_path / "a.npy"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["standard_deviation"] == pytest.approx(data.std(dtype=float), rel=1e-9)
+
+
+@pytest.mark.parametrize("largest", [1e308, 1e200, 1e-310])
+def test_info_of_huge_and_tiny_samples(tmp_path, capsys, rng, largest):
+    shares = rng.uniform(-1, 1, (6, 7, 8))
+    shares[0, 0, :2] = -1, 1
+    np.save(tmp_path / "a.npy", shares * largest)
+    assert main(["info", str(tmp_path / "a.npy"), "--json"]) == 0
+    found, told = capsys.readouterr()
+    found = json.loads(found, parse_constant=pytest.fail)
+    assert told == ""
+    assert found["mean"] / largest == pytest.approx(shares.mean(), abs=1e-6)
+    assert found["standard_deviation"] / largest == pytest.approx(shares.std(), rel=1e-6)
+    assert np.array(found["histogram"]["edges"]) / largest == pytest.approx(np.linspace(-1, 1, 25), abs=1e-4)
+    assert sum(found["histogram"]["counts"]) == shares.size

@@ -76,6 +76,28 @@ def test_a_label_with_a_negative_number(tmp_path, capsys):
     assert (found["numbers"], found["voxel_counts"]) == (-3, 18)
 
 
+def test_layers_that_are_cut_short_and_a_name_of_digits(tmp_path, capsys, monkeypatch):
+    nrrd = pytest.importorskip("nrrd")
+    monkeypatch.chdir(tmp_path)
+    layers = np.zeros((2, 6, 7, 8), np.uint8)
+    layers[0, 1:3, 2:5, 3:7], layers[1, 3:5, 2:5, 3:6] = 1, 1
+    header = {"kinds": ["list", *["domain"] * 3], "space": "left-posterior-superior", "encoding": "raw"}
+    header["space directions"] = np.vstack([np.full(3, np.nan), np.eye(3)])
+    for place, name in enumerate(("12", "2")):  # of the numbers 1 and 2
+        header |= {f"Segment{place}_{field}": value for field, value in (("Name", name), ("LabelValue", "1"))}
+        header[f"Segment{place}_Layer"] = str(place)
+    nrrd.write("a.seg.nrrd", layers.transpose(0, 3, 2, 1), header)
+    for label, number in (("12", 1), ("1", 1), ("2", 2)):
+        assert main(["measure", "a.seg.nrrd", "--label", label, "--json", "--quiet"]) == 0
+        (found,) = json.loads(capsys.readouterr().out)["labels"]
+        assert found["numbers"] == number
+    fails(capsys, 2, "expected one of the numbers 1, 2, got 3", "measure", "a.seg.nrrd", "--label", "3")
+    content = (tmp_path / "a.seg.nrrd").read_bytes()
+    (tmp_path / "a.seg.nrrd").write_bytes(content[:-50])
+    for command in ("info", "measure"):
+        fails(capsys, 2, "expected 672 bytes of samples, got 622 bytes: the file is truncated", command, "a.seg.nrrd")
+
+
 @pytest.fixture
 def segmentation(tmp_path):
     """A DICOM segmentation of two segments, and the label map."""

@@ -153,6 +153,21 @@ def test_gradients_of_rays_that_do_not_count_may_be_anything(odd):
         vjp([1.0, odd])
 
 
+def test_hits_may_be_changed_before_their_gradients():
+    scene = isospline.Scene(isospline.Isosurface(volumes.sphere().volume(32), 0.0))
+    rays = np.array([(9, 9, 9, 0, 0, 1.0), (-3, 0, 0.1, 1, 0, 0)])
+    of_normals = [(0, 0, 0), (1.0, 2, 3)]
+    (_, expected_of), (hits, vjp) = (cast_vjp(scene, rays, normals=True) for _ in range(2))
+    hits.t_hit[~np.isfinite(hits.t_hit)] = 0
+    hits.primitive_normals[:] *= -1
+    hits.positions[:] = 0
+    found, expected = (function([0.0, 1.0], of_normals) for function in (vjp, expected_of))
+    assert found["levels"] == expected["levels"] != {0: 0.0}
+    for name in ("transforms", "samples"):
+        assert (found[name][0] == expected[name][0]).all()
+    assert (found["rays"] == expected["rays"]).all()
+
+
 def test_the_pose_of_an_object_from_a_depth_map():
     """Six numbers, off by a few degrees and a tenth of the size, from depths where both objects are seen."""
     field = volumes.heart()

@@ -92,6 +92,21 @@ def test_single_precision_stays_so(torch):
     assert picture.dtype == samples.grad.dtype == torch.float32 and samples.grad.shape == (24, 24, 24)
 
 
+def test_numbers_in_place_of_tensors_are_not_rounded(torch):
+    level = torch.tensor(0.03, dtype=torch.float64)
+    t_hit, _ = isospline.torch.cast(scene(), rays(torch, dtype=torch.float64), levels={0: level})
+    of_numbers, _ = isospline.torch.cast(scene(), rays(torch).tolist(), levels={0: 0.03})
+    assert of_numbers.dtype == torch.float64 and torch.equal(of_numbers, t_hit)
+    odd = rays(torch).numpy()[::-1].astype(">f8")
+    odd.flags.writeable = False
+    assert torch.equal(isospline.torch.cast(scene(), odd, levels={0: 0.03})[0], t_hit.flip(0))
+    motion = np.eye(4)
+    motion[0, 3] = 0.1
+    moved = isospline.torch.depth(scene(), CAMERA, SIZE, levels={0: 0.03}, camera_motion=motion)
+    options = {"levels": {0: level}, "camera_motion": torch.tensor(motion)}
+    assert moved.dtype == torch.float64 and torch.equal(moved, isospline.torch.depth(scene(), CAMERA, SIZE, **options))
+
+
 def test_rays_that_miss_have_no_gradient(torch):
     away = torch.tensor([[3.0, 0, 0, 1, 0, 0]], dtype=torch.float64, requires_grad=True)
     t_hit, normals = isospline.torch.cast(scene(), away)

@@ -186,6 +186,13 @@ def test_options_without_effect_are_refused(tmp_path, data, read, monkeypatch):
         read("b.tif", dtype="u1")
 
 
+@pytest.mark.parametrize("shape", [(5, 6, 7), (5, 4, 11)])
+def test_raw_samples_do_not_begin_before_their_file(tmp_path, shape):
+    np.zeros(210, np.uint8).tofile(tmp_path / "a.raw")
+    with pytest.raises(ValueError, match=r"a\.raw: .*expected an offset of at least 0, got -10"):
+        read_volume(tmp_path / "a.raw", shape=shape, dtype="u1", offset=-10)
+
+
 def test_dicom_series_is_chosen_by_name(tmp_path, data):
     write_slices(tmp_path / "series", data)
     write_slices(tmp_path / "series", data[::-1], uid="1.2.9")

@@ -69,6 +69,20 @@ def test_a_store_is_a_source_of_its_samples(tmp_path):
     np.testing.assert_array_equal(again.affine, expected.affine)
 
 
+def test_other_readers_get_lengths_along_directions_that_are_not_of_length_one(tmp_path):
+    data, direction = samples("i2"), np.array([(1.6, -0.3, 0), (1.2, 0.4, 0), (0, 0, 1)])
+    place = dict(spacing=(1, 2, 3), origin=(4, 5, 6), direction=direction)
+    path = isospline.convert(data, tmp_path / "a.zarr", **place)
+    (image,) = zarr.open_group(path, mode="r").attrs["ome"]["multiscales"]
+    for number, scale in enumerate(isospline.store.read_metadata(path).scales):
+        (_, steps), (_, first) = (each.items() for each in image["datasets"][number]["coordinateTransformations"])
+        distances = np.linalg.norm(scale.affine[:3, :3], axis=0)
+        np.testing.assert_allclose(steps[1][::-1], distances)
+        np.testing.assert_allclose(scale.affine[:3, :3] / distances @ first[1][::-1], scale.affine[:3, 3])
+    again = isospline.open_volume(isospline.convert(path, tmp_path / "b.zarr"))
+    np.testing.assert_array_equal(again.affine, isospline.Volume(data, **place).affine)
+
+
 def test_a_store_without_an_image_does_not_call_itself_one(tmp_path):
     data = samples("f4")
     with_image = isospline.convert(data, tmp_path / "a.zarr")

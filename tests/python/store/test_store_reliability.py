@@ -138,6 +138,16 @@ def test_a_store_is_not_replaced_by_itself(store, tmp_path, given):
     assert read_metadata(store).degree == 2
 
 
+@pytest.mark.parametrize("view", [lambda array: array, lambda array: array.T, lambda array: array[::-1, 1:]])
+@pytest.mark.parametrize("mode", ["r", "c"])
+def test_a_file_of_mapped_samples_in_the_store_is_not_removed(store, few, view, mode):
+    np.save(store / "samples.npy", few)
+    samples = view(np.load(store / "samples.npy", mmap_mode=mode))
+    with pytest.raises(ValueError, match="^out: expected another folder than that of the source, got .*zarr"):
+        isospline.convert(samples, store, overwrite=True)
+    np.testing.assert_array_equal(np.load(store / "samples.npy"), few)
+
+
 def test_compressed_samples_leave_no_copy_of_theirs(few, tmp_path):
     tifffile = pytest.importorskip("tifffile")
     tifffile.imwrite(tmp_path / "a.tif", few, compression="zlib")

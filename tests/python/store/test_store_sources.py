@@ -124,6 +124,23 @@ def test_pages_of_tiff(data, tmp_path, options):
     check(opened(tmp_path / "a.tif", tmp_path), data)
 
 
+@pytest.mark.parametrize("options", [{}, {"compression": "zlib"}, {"byteorder": ">"}])
+def test_pages_that_were_written_one_by_one(data, tmp_path, options):
+    order = {name: options.pop(name) for name in ("byteorder",) if name in options}
+
+    def write(*pages):
+        with tifffile.TiffWriter(tmp_path / "a.tif", **order) as writer:
+            for page in pages:
+                writer.write(page, photometric="minisblack", **options)
+        return tmp_path / "a.tif"
+
+    np.testing.assert_array_equal(isospline.read_volume(write(*data)).data, data)
+    check(opened(tmp_path / "a.tif", tmp_path), data)
+    for pages in ([data, data], [data[0], data[1].astype(np.float64)], [data, data[0]]):
+        with pytest.raises(ValueError, match="expected one series of pages of one kind, got 2: "):
+            isospline.read_volume(write(*pages))
+
+
 def test_one_picture_beside_dicom_is_stray_and_several_are_refused(data, tmp_path):
     write_slices(tmp_path, data)
     expected = isospline.read_volume(tmp_path).data

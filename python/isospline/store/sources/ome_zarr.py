@@ -86,10 +86,10 @@ def open_zarr(
     if axes != "zyx":
         raise ValueError(f'axes: expected "zyx" for an image that names its axes, got "{axes}"')
     source, steps = _open_multiscale(path, name, image, time, level)
-    if "isospline" in attributes:  # a store tells its directions, which OME-Zarr cannot
+    if "isospline" in attributes:  # a store tells its directions, and lengths of these, which OME-Zarr cannot
         store = read_metadata(path / (name or "") if level is None else level.group)
         scale = store.scales[0 if level is None else level.number]
-        source.move(origin=scale.origin, direction=scale.direction, patient=store.patient)
+        source.move(spacing=scale.spacing, origin=scale.origin, direction=scale.direction, patient=store.patient)
     return source, steps
 
 

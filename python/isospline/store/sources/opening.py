@@ -20,7 +20,7 @@ from ...io.read import check_used, errors_name
 from ..ome import name_of_unit
 from . import ome_zarr, stacks
 from .chunked import ORDERS, ChunkedSource, load
-from .source import ArraySource, RawSource, Source
+from .source import ArraySource, RawSource, Source, owner_of
 
 #: Formats whose readers can return the samples' places in the file instead of the samples.
 _LAZY = {
@@ -138,9 +138,7 @@ def _of_array(array, axes):
 
 def _place_in_file(array):
     """The file of a read-only memory-mapped array, and the array's offset in the file; None for other arrays."""
-    owner = array
-    while isinstance(owner, np.ndarray) and isinstance(owner.base, np.ndarray):
-        owner = owner.base
+    owner = owner_of(array)
     if not (isinstance(owner, np.memmap) and owner.filename and owner.mode == "r" and array.flags.c_contiguous):
         return None
     within = array.__array_interface__["data"][0] - owner.__array_interface__["data"][0]

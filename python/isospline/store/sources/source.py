@@ -90,7 +90,10 @@ class ArraySource(Source):
 
     @property
     def path(self) -> str | os.PathLike[str] | None:
-        return getattr(getattr(self._array, "store", None), "root", None)  # of an array of zarr-python
+        owner = owner_of(self._array)
+        if isinstance(owner, np.memmap):
+            return owner.filename
+        return getattr(getattr(owner, "store", None), "root", None)  # of an array of zarr-python
 
     def read(self, box: Any) -> NDArray[Any]:
         if self._axes == "xyz":
@@ -162,6 +165,13 @@ def identity_of(*paths: Any, **read: Any) -> Identity:
         "changed": max(each.st_mtime_ns for each in status),
         **read,
     }
+
+
+def owner_of(array: Any) -> Any:
+    """The array of NumPy of which another one is a view, or the array itself."""
+    while isinstance(array, np.ndarray) and isinstance(array.base, np.ndarray):
+        array = array.base
+    return array
 
 
 def samples_type(dtype: np.dtype[Any]) -> np.dtype[Any]:
