@@ -13,10 +13,20 @@
 
 namespace isospline {
 
-/// Selects bricks by their first cells; an empty function selects all.
-using BrickFilter = std::function<bool(const glm::ivec3&)>;
 /// Selects cells: those of the brick with a first cell. An empty function selects all.
 using CellFilter = std::function<BrickCells(const glm::ivec3&)>;
+
+/// The cells that a filter selects in the brick with a first cell.
+inline BrickCells chosen_cells(const CellFilter& filter, const glm::ivec3& first)
+{
+    return filter ? filter(first) : all_cells(glm::ivec3(brick_size));
+}
+
+inline bool is_chosen(const CellFilter& filter, const glm::ivec3& cell)
+{
+    const glm::ivec3 first = cell / brick_size * brick_size;
+    return !filter || has_cell(filter(first), cell - first);
+}
 
 /// Cells of the grid.
 class ChosenCells {
@@ -30,7 +40,10 @@ public:
         const auto found = bricks_.find(crossing_key(first, 0));
         return found != bricks_.end() ? found->second : BrickCells{};
     }
-    bool any_of_brick(const glm::ivec3& first) const { return bricks_.count(crossing_key(first, 0)) != 0; }
+    CellFilter filter() const
+    {
+        return [this](const glm::ivec3& first) { return of_brick(first); };
+    }
 
 private:
     std::unordered_map<CrossingKey, BrickCells> bricks_; ///< by their first cells

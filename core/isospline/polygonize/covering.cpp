@@ -358,7 +358,7 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
         bricks.size(), 4,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                const BrickCells chosen = filter ? filter(bricks[i].brick.first) : all_cells(glm::ivec3(brick_size));
+                const BrickCells chosen = chosen_cells(filter, bricks[i].brick.first);
                 if (chosen == BrickCells{})
                     continue;
                 std::vector<Cell> cells;

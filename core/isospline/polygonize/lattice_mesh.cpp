@@ -93,16 +93,16 @@ Progress rest_of(const Progress& progress, int subdivision)
 template <int Degree>
 class RefinedLattice {
 public:
-    /// `bricks` selects the bricks whose cubes may be cut, by their first cells.
-    RefinedLattice(const IsosurfaceSnapshot& surface, int subdivision, const BrickFilter& bricks,
+    /// `filter` selects the cells whose cubes may be cut.
+    RefinedLattice(const IsosurfaceSnapshot& surface, int subdivision, const CellFilter& filter,
                    const Progress& progress)
         : field_(surface, subdivision), special_(surface.planes(), subdivision), tetrahedra_(field_, special_)
     {
-        tetrahedra_.add_cut_cubes(bricks, progress);
+        tetrahedra_.add_cut_cubes(filter, progress);
     }
 
-    /// The mesh in the bricks that a filter selects by their first cells.
-    LabeledMesh mesh(const BrickFilter& filter, const Progress& progress)
+    /// The mesh in the cells that a filter selects.
+    LabeledMesh mesh(const CellFilter& filter, const Progress& progress)
     {
         std::vector<MeshPart> parts = march_cubes(field_, special_, filter, part_of(progress, 0.0, 0.6));
         parts.push_back(tetrahedra_.march(filter, part_of(progress, 0.6, 0.8)));
@@ -130,9 +130,7 @@ public:
                 for (std::size_t i = begin; i < end; ++i) {
                     const Corners corners = corners_of(mesh, i);
                     const FaceLabel label = mesh.labels[i];
-                    const glm::ivec3 cell((corners[0] + corners[1] + corners[2]) / 3.0);
-                    const glm::ivec3 first = cell / brick_size * brick_size;
-                    if (filter && !has_cell(filter(first), cell - first))
+                    if (!is_chosen(filter, glm::ivec3((corners[0] + corners[1] + corners[2]) / 3.0)))
                         continue;
                     const auto are_samples = [&](const Nearness<Degree>& nearness) {
                         return for_each_sample(corners, measured_spacing,
@@ -194,11 +192,8 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
             lattice.refine(boxes, longest_edge, of_round);
             const glm::ivec3 shape = surface.volume().cell_shape();
             const ChosenCells around(boxes, 1.0 + reach, shape), near(boxes, 1.0, shape);
-            const LabeledMesh changed = lattice.mesh(
-                [&](const glm::ivec3& first) { return around.any_of_brick(first); }, part_of(of_round, 0.0, 0.5));
-            boxes = lattice.far_boxes(
-                changed, *tolerance, [&](const glm::ivec3& first) { return near.of_brick(first); },
-                part_of(of_round, 0.5, 1.0));
+            const LabeledMesh changed = lattice.mesh(around.filter(), part_of(of_round, 0.0, 0.5));
+            boxes = lattice.far_boxes(changed, *tolerance, near.filter(), part_of(of_round, 0.5, 1.0));
         }
         mesh = lattice.mesh({}, part_of(of_lattice, 0.9, 1.0));
         break;
@@ -210,9 +205,11 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
 template <int Degree>
 LabeledMesh lattice_mesh_of_layers(const IsosurfaceSnapshot& surface, int first, int last, const Progress& progress)
 {
-    const BrickFilter bricks = [first, last](const glm::ivec3& cell) { return first <= cell.z && cell.z < last; };
-    RefinedLattice<Degree> lattice(surface, 1, bricks, part_of(progress, 0.0, 0.2));
-    LabeledMesh mesh = lattice.mesh(bricks, part_of(progress, 0.2, 1.0));
+    const CellFilter layers = [first, last](const glm::ivec3& cell) {
+        return first <= cell.z && cell.z < last ? all_cells(glm::ivec3(brick_size)) : BrickCells{};
+    };
+    RefinedLattice<Degree> lattice(surface, 1, layers, part_of(progress, 0.0, 0.2));
+    LabeledMesh mesh = lattice.mesh(layers, part_of(progress, 0.2, 1.0));
     merge_close_vertices(mesh, shortest_edge,
                          [first, last, end = surface.volume().cell_shape().z](const glm::dvec3& vertex) {
                              return (first > 0 && vertex.z <= first) || (last < end && vertex.z >= last);

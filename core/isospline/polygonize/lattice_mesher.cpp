@@ -301,7 +301,7 @@ MeshPart ChunkMesher<Degree>::operator()(const Chunk& chunk, const Brick& brick,
 
 template <int Degree>
 std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const SpecialCubes& special,
-                                  const BrickFilter& filter, const Progress& progress)
+                                  const CellFilter& filter, const Progress& progress)
 {
     const Bricks& bricks = field.surface().bricks();
     std::vector<Brick> places;
@@ -316,9 +316,12 @@ std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const Speci
         [&](std::size_t begin, std::size_t end) {
             ChunkMesher<Degree> mesher(field, special);
             for (std::size_t i = begin; i < end; ++i) {
-                if (filter && !filter(places[i].first))
+                const BrickCells chosen = chosen_cells(filter, places[i].first);
+                if (chosen == BrickCells{})
                     continue;
-                const BrickCells cells = bricks.cells(places[i]);
+                BrickCells cells = bricks.cells(places[i]);
+                for (std::size_t z = 0; z < cells.size(); ++z)
+                    cells[z] &= chosen[z];
                 for (const Chunk& chunk : chunks_of(places[i], cells, field.subdivision()))
                     if (MeshPart part = mesher(chunk, places[i], cells); !part.faces.empty())
                         parts[i].push_back(std::move(part));
@@ -331,11 +334,11 @@ std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const Speci
     return all;
 }
 
-template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const SpecialCubes&, const BrickFilter&,
+template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const SpecialCubes&, const CellFilter&,
                                            const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const SpecialCubes&, const BrickFilter&,
+template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const SpecialCubes&, const CellFilter&,
                                            const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const SpecialCubes&, const BrickFilter&,
+template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const SpecialCubes&, const CellFilter&,
                                            const Progress&);
 
 } // namespace isospline

@@ -16,9 +16,9 @@ namespace isospline {
 /// table of triangles. Each crossed edge has one vertex, each loop is a disc, and discs only share parts of the faces
 /// of cubes. So the mesh is a manifold for all signs.
 ///
-/// A filter selects bricks, by their first cells.
+/// A filter selects cells.
 template <int Degree>
 std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const SpecialCubes& special,
-                                  const BrickFilter& filter, const Progress& progress);
+                                  const CellFilter& filter, const Progress& progress);
 
 } // namespace isospline

@@ -77,7 +77,7 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
                 boxes.push_back({box.lower - reach, box.upper + reach});
             }
         changed.emplace(boxes, 0.0, field_.surface().volume().cell_shape());
-        filter = [&changed](const glm::ivec3& first) { return changed->of_brick(first); };
+        filter = changed->filter();
     }
     const double least_edge = least_edge_of(metric, tolerance_);
     const double reported = is_last ? 0.0 : std::max(2.0 * least_edge, 0.125 * std::min({reach.x, reach.y, reach.z}));

@@ -125,8 +125,7 @@ void PreservedMeshes<Degree>::find_gaps(const Progress& progress)
         return;
     const ChosenCells cells(boxes, 0.0, field_.surface().volume().cell_shape());
     const double least = least_edge_of(LatticeMetric(field_.surface().volume().lattice_to_world()), tolerance_);
-    const auto chosen = [&cells](const glm::ivec3& first) { return cells.of_brick(first); };
-    const Covering covering = cover_surface<Degree>(field_, fine_, tolerance_, {least, 0.0}, chosen, progress);
+    const Covering covering = cover_surface<Degree>(field_, fine_, tolerance_, {least, 0.0}, cells.filter(), progress);
     gaps_.insert(gaps_.end(), covering.uncovered.begin(), covering.uncovered.end());
 }
 

@@ -57,7 +57,7 @@ std::uint32_t TetrahedronMesher<Degree>::add_cube(const glm::ivec3& cube)
 }
 
 template <int Degree>
-void TetrahedronMesher<Degree>::add_cut_cubes(const BrickFilter& filter, const Progress& progress)
+void TetrahedronMesher<Degree>::add_cut_cubes(const CellFilter& filter, const Progress& progress)
 {
     if (cubes_.planes().all().empty())
         return;
@@ -67,18 +67,18 @@ void TetrahedronMesher<Degree>::add_cut_cubes(const BrickFilter& filter, const P
         if (i % 1024 == 0)
             report(progress, static_cast<double>(i) / static_cast<double>(bricks.size()));
         const Brick& brick = bricks[i].brick;
-        if ((filter && !filter(brick.first)) ||
+        const BrickCells chosen = chosen_cells(filter, brick.first);
+        if (chosen == BrickCells{} ||
             cubes_.kind_by_planes(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
             continue;
-        for_each_cell_in_question(field_.surface(), bricks[i], all_cells(brick.size),
-                                  [&](const glm::ivec3& cell, bool) {
-                                      glm::ivec3 part;
-                                      for (part.z = 0; part.z < subdivision; ++part.z)
-                                          for (part.y = 0; part.y < subdivision; ++part.y)
-                                              for (part.x = 0; part.x < subdivision; ++part.x)
-                                                  if (cubes_.kind(cell * subdivision + part) == CubeKind::special)
-                                                      add_cube(cell * subdivision + part);
-                                  });
+        for_each_cell_in_question(field_.surface(), bricks[i], chosen, [&](const glm::ivec3& cell, bool) {
+            glm::ivec3 part;
+            for (part.z = 0; part.z < subdivision; ++part.z)
+                for (part.y = 0; part.y < subdivision; ++part.y)
+                    for (part.x = 0; part.x < subdivision; ++part.x)
+                        if (cubes_.kind(cell * subdivision + part) == CubeKind::special)
+                            add_cube(cell * subdivision + part);
+        });
     }
 }
 
@@ -217,7 +217,7 @@ void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
 }
 
 template <int Degree>
-MeshPart TetrahedronMesher<Degree>::march(const BrickFilter& filter, const Progress& progress)
+MeshPart TetrahedronMesher<Degree>::march(const CellFilter& filter, const Progress& progress)
 {
     crossings_.clear();
     vertices_.clear();
@@ -225,8 +225,7 @@ MeshPart TetrahedronMesher<Degree>::march(const BrickFilter& filter, const Progr
     for (std::size_t i = 0; i < split_.size(); ++i) {
         if (i % 16384 == 0)
             report(progress, static_cast<double>(i) / static_cast<double>(split_.size()));
-        const glm::ivec3 cell = split_[i].at / field_.subdivision();
-        if (filter && !filter(cell / brick_size * brick_size))
+        if (!is_chosen(filter, split_[i].at / field_.subdivision()))
             continue;
         for (const Tetrahedron& corners : split_[i].tetrahedra)
             clip_and_march(corners);
@@ -234,17 +233,17 @@ MeshPart TetrahedronMesher<Degree>::march(const BrickFilter& filter, const Progr
     return std::move(part_);
 }
 
-template void TetrahedronMesher<1>::add_cut_cubes(const BrickFilter&, const Progress&);
+template void TetrahedronMesher<1>::add_cut_cubes(const CellFilter&, const Progress&);
 template std::uint32_t TetrahedronMesher<1>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<1>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<1>::march(const BrickFilter&, const Progress&);
-template void TetrahedronMesher<2>::add_cut_cubes(const BrickFilter&, const Progress&);
+template MeshPart TetrahedronMesher<1>::march(const CellFilter&, const Progress&);
+template void TetrahedronMesher<2>::add_cut_cubes(const CellFilter&, const Progress&);
 template std::uint32_t TetrahedronMesher<2>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<2>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<2>::march(const BrickFilter&, const Progress&);
-template void TetrahedronMesher<3>::add_cut_cubes(const BrickFilter&, const Progress&);
+template MeshPart TetrahedronMesher<2>::march(const CellFilter&, const Progress&);
+template void TetrahedronMesher<3>::add_cut_cubes(const CellFilter&, const Progress&);
 template std::uint32_t TetrahedronMesher<3>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<3>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<3>::march(const BrickFilter&, const Progress&);
+template MeshPart TetrahedronMesher<3>::march(const CellFilter&, const Progress&);
 
 } // namespace isospline

@@ -28,14 +28,14 @@ class TetrahedronMesher {
 public:
     TetrahedronMesher(const LatticeField<Degree>& field, SpecialCubes& cubes) : field_(field), cubes_(cubes) {}
 
-    /// Adds the cubes that planes cut and that contain surface or, if there are caps, solid, in the bricks that a
-    /// filter selects by their first cells.
-    void add_cut_cubes(const BrickFilter& filter, const Progress& progress);
+    /// Adds the cubes that planes cut and that contain surface or, if there are caps, solid, in the cells that a filter
+    /// selects.
+    void add_cut_cubes(const CellFilter& filter, const Progress& progress);
     /// Adds the cubes that these boxes, in lattice space, meet, and halves edges until, in each tetrahedron that meets
     /// a box and may contain surface, no edge is longer than `longest_allowed` or than 1/32 of a cell.
     void refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress);
-    /// The mesh of the tetrahedra in the bricks that a filter selects by their first cells.
-    MeshPart march(const BrickFilter& filter, const Progress& progress);
+    /// The mesh of the tetrahedra in the cells that a filter selects.
+    MeshPart march(const CellFilter& filter, const Progress& progress);
 
 private:
     /// An edge, by the numbers of its ends, the smaller first.
