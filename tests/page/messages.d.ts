@@ -184,6 +184,7 @@ declare namespace Viewer {
     affine: number[][];
     window: number[] | null;
     patient: boolean;
+    unit: string;
     body_level: number | null;
     has_rule: boolean;
   }

@@ -241,9 +241,8 @@ class Source:
         """The description for the page."""
         bounds = tuple(map(tuple, np.asarray(self.item.bounds).tolist()))
         if not self.is_volume:
-            return SourceAbout(
-                self.key, self.name, "mesh", bounds, faces=len(self.item.faces), has_rule=self.rule is not None
-            )
+            about = {"faces": len(self.item.faces), "unit": self.unit, "has_rule": self.rule is not None}
+            return SourceAbout(self.key, self.name, "mesh", bounds, **about)
         return SourceAbout(
             self.key,
             self.name,
@@ -258,6 +257,7 @@ class Source:
             affine=tuple(map(tuple, self.grid.affine.tolist())),
             window=self.window(),
             patient=self.patient,
+            unit=self.unit,
             body_level=self.default_levels()[1],
             has_rule=self.rule is not None,
         )

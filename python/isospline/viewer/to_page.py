@@ -51,6 +51,7 @@ class SourceAbout:
     affine: tuple[tuple[float, ...], ...] = ()
     window: tuple[float, ...] | None = None
     patient: bool = False
+    unit: str = ""
     body_level: float | None = None
     has_rule: bool = False
 

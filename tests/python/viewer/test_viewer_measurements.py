@@ -225,6 +225,16 @@ def test_results_at_the_edge_of_a_picture_are_cut_off(shift):
     assert np.abs(moved - seen).max() < 30 and (middle != 255).any()
 
 
+def test_lengths_in_the_page_have_the_unit_of_the_volume(browser):
+    data = isospline.VolumeData(volumes.sphere(0.3).values(21), unit="um")
+    with show(browser, data, (460, 240), levels=[0]) as (page, viewer):
+        assert page.page.locator("#scale-bar").inner_text().endswith(" um")
+        viewer.add(isospline.VolumeData(volumes.sphere(0.3).values(21)), levels=[0])
+        page.wait("isospline.state.objects.length === 2")
+        page.wait("/^[0-9.]+$/.test(document.querySelector('#scale-bar').innerText.trim())")  # one of two is not known
+        page.settle()
+
+
 def test_measurements_of_hidden_objects_have_units(ball):
     """What is measured keeps its unit, whether the object is seen or not."""
     length = Measurement(1, "distance", (point(3.0, 10.0, 10.0), point(16.0, 10.0, 10.0)))

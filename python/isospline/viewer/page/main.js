@@ -117,9 +117,14 @@ export class App {
     });
   }
 
-  // Whether world coordinates are a patient's, and the unit of lengths.
+  // Whether world coordinates are a patient's.
   get patient() { return [...this.sources.values()].some(source => source.patient); }
-  get unit() { return this.patient ? " mm" : ""; }
+  // The unit of lengths behind a space: that of the volumes of all objects; empty if it is not known of each.
+  get unit() {
+    const sources = this.state?.objects.map(each => this.sources.get(each.source)) ?? [];
+    const units = new Set(sources.filter(source => source?.kind === "volume").map(source => source.unit)), [unit] = units;
+    return units.size === 1 && unit ? ` ${unit}` : "";
+  }
 
   // The name of a source, with a number if an earlier one has the same.
   nameOf(source) {

@@ -281,9 +281,9 @@ export class Slices {
     const lines = [`${"xyz"[view.axis]} = ${round(this.slices.index[view.axis])}`];
     const point = view.pointer && this.source ? this.pointAt(view, view.pointer) : null;
     if (point?.inside) {
-      const {affine, patient} = this.source;
+      const {affine, unit} = this.source;
       const world = affine.slice(0, 3).map(line => line[0] * point.index[0] + line[1] * point.index[1] + line[2] * point.index[2] + line[3]);
-      lines.push(`index ${point.index.map(round).join(", ")}`, `${world.map(round).join(", ")}${patient ? " mm" : ""}`);
+      lines.push(`index ${point.index.map(round).join(", ")}`, `${world.map(round).join(", ")} ${unit}`.trim());
       this.ask({volume: this.slices.volume, index: point.index});
       if (this.sampled && JSON.stringify(this.sampled.index) === JSON.stringify(point.index)) lines.push(`value ${tidy(this.sampled.value, spanOf(this.source))}`);
     }
