@@ -10,9 +10,9 @@ import numpy as np
 import isospline
 
 from ..base.views import SIZE
-from ..interop.mesh_output import MESHES
 from ..interop.mesh_topology import equal_rows
 from ..picture.sequences import check_folder
+from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.detail import is_store
 from .given import MODEL, READING, keywords, refuse_without
 from .levels import choose_levels, make_surfaces
@@ -32,7 +32,7 @@ def add_compare(commands, compare, add_input, add_model, types):
     )
     command.set_defaults(run=compare)
     add_input(command)
-    command.add_argument("other", metavar="OTHER", help=f"a mesh, {', '.join(MESHES)}, or another volume or store")
+    command.add_argument("other", metavar="OTHER", help="a mesh (by its suffix), or another volume or store")
     command.add_argument("-o", "--output", metavar="OUT", help="picture of the distances to write: .png")
     command.add_argument("--table", metavar="OUT", help="table of points and distances to write: .csv")
     command.add_argument("--json", action="store_true", help="print JSON")
@@ -64,7 +64,7 @@ def run(arguments, read, progress, say, unicode):
         refuse_without(arguments, ("limits", "size"), "--output")
     if len(arguments.level or ()) > 1:
         raise ValueError(f"--level: expected one level to compare, got {len(arguments.level)}")
-    is_mesh = arguments.other.lower().endswith(MESHES)
+    is_mesh = arguments.other.lower().endswith(MESH_SUFFIXES)
     if is_mesh and arguments.other_level is not None:
         raise ValueError(f"--other-level: expected a volume to compare with, got the mesh {arguments.other}")
     with progress("comparing", arguments):

@@ -8,10 +8,10 @@ import math
 import isospline
 
 from ..colors import CURVATURES, linear
-from ..interop.mesh_output import MESHES
 from ..picture.environments import upright_rotation
 from ..picture.materials import UNLIT
 from ..picture.tone import CURVES
+from ..scene.mesh_files import MESH_SUFFIXES
 from .given import flag, given, keywords, refuse_without
 from .picture import studio_looks
 from .store import opened
@@ -139,7 +139,7 @@ def _color_by(arguments, to_unit):
         if arguments.limits is None:
             raise ValueError("--limits: expected two curvatures for --color-by, such as -0.5,0.5, got none")
         return isospline.ColorByCurvature(CURVATURES[what], **options)
-    if what.lower().endswith(MESHES):
+    if what.lower().endswith(MESH_SUFFIXES):
         if arguments.limits is None:
             raise ValueError("--limits: expected two distances for --color-by with a mesh, such as -1,1, got none")
         mesh = isospline.read_mesh(what)

@@ -1,7 +1,7 @@
 """Merging of pictures of a scene's parts: the nearest hit of a ray in all parts counts (sort-last).
 
 S. Molnar et al., "A sorting classification of parallel rendering", IEEE Computer Graphics and Applications 14(4), 1994.
-Of several hits at the same t, the one with the smallest geometry id, then primitive id, counts, as in every query.
+Of several hits at the same t, the one with the smallest geometry id, then primitive id, counts.
 """
 
 from __future__ import annotations

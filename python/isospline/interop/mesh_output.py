@@ -11,8 +11,8 @@ from ..base.parameters import check_path, printable
 from ..base.system import warn, whole_file
 from . import three_mf
 from .checks import PLY_NAMES, library_of
-from .mesh_parts import is_written_in_parts, write_stl_in_parts
-from .single_precision import STL_HEADER_SIZE, blurred_faces, offset_for, stl_header, warn_of_stl_offset
+from .mesh_parts import is_written_in_parts, stl_triangles, write_stl_in_parts
+from .single_precision import blurred_faces, offset_for, stl_header, warn_of_stl_offset
 
 
 def to_trimesh(self):
@@ -143,9 +143,9 @@ def _checked_offset(mesh, path):
 
 
 def _write_stl(mesh, path, offset):
-    content = _trimesh_from(mesh, offset).export(file_type="stl")
     with open(path, "wb") as file:
-        file.write(stl_header(offset) + content[STL_HEADER_SIZE:] if offset.any() else content)
+        file.write(stl_header(offset) + len(mesh.faces).to_bytes(4, "little"))
+        file.write(stl_triangles(mesh, offset).tobytes())
 
 
 def _write_glb(mesh, path, offset):

@@ -76,7 +76,9 @@ def _shortest_edges(corners):
 
 
 def stl_header(offset):
-    """The 80 bytes at the beginning of a binary STL file, which name the offset."""
+    """The 80 bytes at the beginning of a binary STL file, which name the offset if there is one."""
+    if not offset.any():
+        return bytes(STL_HEADER_SIZE)
     return (_HEADER + " ".join(numbers_of(offset)).encode()).ljust(STL_HEADER_SIZE)
 
 

@@ -108,7 +108,8 @@ class Scene(RayQueries, PointQueries, Shown):
         ------
         ValueError
             If the transform is not finite, not affine or singular, or the object too large or too small for a scene:
-            beyond a radius of 1e12 units, or with voxels or units below 1e-12.
+            with a radius above 1e12 units, or with voxels or units below 1e-12. If it is farther than that from the
+            middle of the scene, the next query raises the error.
         TypeError
             For another type of object.
 
@@ -174,7 +175,8 @@ class Scene(RayQueries, PointQueries, Shown):
         return super().transform(geometry_id)
 
     def set_transform(self, geometry_id: SupportsIndex, transform: ArrayLike | None) -> None:
-        """Moves an object. Only the scene's small tree over its objects is rebuilt.
+        """Moves an object. Only the scene's small tree over its objects is rebuilt; if the scene becomes more than
+        twice or less than an eighth as large, its objects may be, too.
 
         Parameters
         ----------
@@ -323,7 +325,7 @@ class Scene(RayQueries, PointQueries, Shown):
     @property
     def build_count(self) -> int:
         """Number of acceleration structures of isosurfaces and meshes that have been built so far. Each new object and
-        each new level adds one; other changes and settled indexes add none.
+        each new level adds one. Settled indexes add none, and other changes only as `set_transform` tells.
         """
         return super().build_count
 

@@ -45,6 +45,23 @@ def test_the_numbers_are_those_of_the_library(ball, part, tmp_path, capsys):
     assert f"{found.mean.value:.6g}" in told and "95% are within" in told and "largest" in told
 
 
+def test_all_formats_of_meshes_are_compared_and_colour_surfaces(ball, part, tmp_path, capsys):
+    mesh = isospline.read_mesh(part)
+    path = tmp_path / "part.off"
+    points = "\n".join(" ".join(map(repr, row)) for row in mesh.vertices.tolist())
+    faces = "\n".join("3 " + " ".join(map(str, row)) for row in mesh.faces.tolist())
+    path.write_text(f"OFF\n{len(mesh.vertices)} {len(mesh.faces)} 0\n{points}\n{faces}\n", encoding="ascii")
+    printed, pictures = [], [tmp_path / "ply.png", tmp_path / "off.png"]
+    for each, picture in zip((part, path), pictures):
+        assert main(["compare", str(ball), str(each), "-l", "0", "--samples", "20", "--json"]) == 0
+        printed.append({**json.loads(capsys.readouterr().out), "other": None})
+        colors = ["--color-by", str(each), "--limits", "-2,2", "--light", "phong", "--size", "48x36"]
+        assert main(["render", str(ball), "-l", "0", *colors, "-o", str(picture)]) == 0
+        capsys.readouterr()
+    assert printed[0] == printed[1]
+    np.testing.assert_array_equal(*map(pixels, pictures))
+
+
 @pytest.mark.parametrize("missing", [0, 1])
 def test_a_mesh_with_a_hole_is_told(ball, part, tmp_path, capsys, missing):
     whole = isospline.read_mesh(part)
