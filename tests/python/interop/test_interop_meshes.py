@@ -58,6 +58,16 @@ def test_trimesh_scene_is_taken_over_in_place():
     assert volume(mesh) == pytest.approx(6 + 12)
 
 
+def test_instances_of_a_scene_may_be_flat():
+    shape = trimesh.Trimesh(TETRAHEDRON, OUTWARD, vertex_normals=np.eye(4)[:, 1:], process=False)
+    scene = trimesh.Scene()
+    scene.add_geometry(shape, transform=np.diag([1.0, 2, 0, 1]))
+    mesh = isospline.Mesh.from_trimesh(scene)
+    np.testing.assert_array_equal(mesh.vertices, TETRAHEDRON * (1, 2, 0))
+    np.testing.assert_array_equal(mesh.faces, OUTWARD)
+    np.testing.assert_array_equal(mesh.normals, [(0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 2)])
+
+
 def test_normals_that_trimesh_computes_are_not_those_of_the_mesh(rng, tmp_path):
     shape = trimesh.creation.icosphere(2)
     computed = np.array(shape.vertex_normals)  # and kept by trimesh
