@@ -161,6 +161,40 @@ def test_of_grids_the_faces_are_taken_or_else_the_surface():
     assert area(isospline.Mesh.from_pyvista(sheet)) == pytest.approx(12)
 
 
+def test_arrays_of_vtk_may_have_components_apart_or_be_computed():
+    core = pytest.importorskip("vtkmodules.vtkCommonCore")
+    apart, computed = (getattr(core, f"vtk{kind}Array", None) for kind in ("SOATypeFloat32", "AffineTypeFloat64"))
+    if apart is None or computed is None:
+        pytest.skip("since VTK 9.6")
+
+    def array_of(rows):
+        array = apart()
+        array.SetNumberOfComponents(3)
+        array.SetNumberOfTuples(len(rows))
+        for place, row in enumerate(rows.tolist()):
+            array.SetTuple(place, row)
+        return array
+
+    shape = pyvista.PolyData.from_regular_faces(TETRAHEDRON, OUTWARD)
+    points = core.vtkPoints()
+    points.SetData(array_of(TETRAHEDRON / 4))
+    shape.SetPoints(points)
+    shape.GetPointData().SetNormals(array_of(TETRAHEDRON + 0.25))
+    values = computed()
+    values.SetNumberOfTuples(4)
+    values.ConstructBackend(0.5, 2.25)
+    values.SetName("computed")
+    shape.GetPointData().SetScalars(values)
+    mesh = isospline.Mesh.from_vtk(shape)
+    np.testing.assert_array_equal(mesh.vertices, TETRAHEDRON / 4)
+    np.testing.assert_array_equal(mesh.normals, TETRAHEDRON + 0.25)
+    np.testing.assert_array_equal(mesh.values, [values.GetValue(place) for place in range(4)])
+    grid = pyvista.ImageData(dimensions=(2, 2, 1))
+    grid.GetPointData().SetScalars(values)
+    volume = isospline.Volume.from_vtk(grid, degree=1)
+    np.testing.assert_allclose(volume.sample(np.asarray(grid.points)), mesh.values)
+
+
 def test_pyvista_objects_without_faces_are_refused():
     for shape in (pyvista.PolyData(), pyvista.Line(), pyvista.PolyData(TETRAHEDRON)):
         with pytest.raises(ValueError, match="mesh: expected faces"):
@@ -215,6 +249,25 @@ def test_meshio_mesh_without_faces_is_refused():
     for cells in ([], [("line", [(0, 1)])]):
         with pytest.raises(ValueError, match="mesh: expected faces"):
             isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, cells))
+
+
+def test_meshio_arrays_may_have_another_byte_order():
+    data = {"normals": TETRAHEDRON + 0.25, "colors": TETRAHEDRON / 3, "heat": np.arange(4.0)}
+    swapped = {name: array.astype(">f4") for name, array in data.items()}
+    given = meshio.Mesh(TETRAHEDRON.astype(">f8"), [("triangle", OUTWARD.astype(">i4"))], point_data=swapped)
+    mesh = isospline.Mesh.from_meshio(given)
+    np.testing.assert_array_equal(corners(mesh), TETRAHEDRON[OUTWARD])
+    np.testing.assert_array_equal(mesh.normals[mesh.faces], data["normals"][OUTWARD])
+    np.testing.assert_allclose(mesh.colors[mesh.faces], data["colors"][OUTWARD], atol=1e-7)
+    np.testing.assert_array_equal(mesh.values[mesh.faces], data["heat"][OUTWARD])
+
+
+def test_meshio_cells_that_vtk_does_not_have_are_named():
+    face = ("triangle", [(0, 1, 2)])
+    mesh = isospline.Mesh.from_meshio(meshio.Mesh(np.eye(5, 3), [("line5", [range(5)]), face]))
+    assert len(mesh.faces) == 1
+    with pytest.raises(ValueError, match="mesh: expected cells of a type that VTK has, got triangle10"):
+        isospline.Mesh.from_meshio(meshio.Mesh(np.zeros((10, 3)), [("triangle10", [range(10)]), face]))
 
 
 # Files
