@@ -62,7 +62,7 @@ def write_stl_in_parts(surface, path, progress=None):
             count += len(part.faces)
             if count > _MOST_TRIANGLES:
                 raise ValueError(f"{printable(path)}: expected at most {_MOST_TRIANGLES} triangles, which STL can hold")
-            file.write(_triangles_of(part, offset).tobytes())
+            file.write(stl_triangles(part, offset).tobytes())
         if count == 0:
             raise ValueError(f"{printable(path)}: expected a mesh with faces, got none")
         file.seek(STL_HEADER_SIZE)
@@ -72,7 +72,8 @@ def write_stl_in_parts(surface, path, progress=None):
     return count
 
 
-def _triangles_of(mesh, offset):
+def stl_triangles(mesh, offset):
+    """The triangles of a mesh as they are in STL files, with their normals, relative to an offset."""
     corners = mesh.vertices[mesh.faces] - offset
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)

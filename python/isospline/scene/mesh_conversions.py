@@ -242,7 +242,7 @@ class MeshConversions(_core.Mesh):
         ========  =====================================================================  =========
         suffix    contents                                                               by
         ========  =====================================================================  =========
-        ``.stl``  binary; the corners of each face in float32, nothing else              trimesh
+        ``.stl``  binary; the corners of each face in float32, nothing else              isospline
         ``.ply``  binary; vertices, faces, normals and values in float64, 8-bit colours  meshio
         ``.obj``  text; vertices, faces, normals and colours, 16 significant digits      isospline
         ``.glb``  binary glTF; vertices, faces, normals and linear colours in float32    trimesh

@@ -273,6 +273,30 @@ def test_meshio_cells_that_vtk_does_not_have_are_named():
 # Files
 
 
+@pytest.mark.parametrize("length", [1e-200, 1e-14, 3, 1e200])
+def test_normals_of_gltf_have_the_length_one(tmp_path, length):
+    directions = np.array([(1, 2, 3), (0, 0, -1), (-3, 0, 4), (1, 0, 0)], float)
+    isospline.Mesh(TETRAHEDRON, OUTWARD, normals=length * directions).write(tmp_path / "a.glb")
+    expected = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    (shape,) = trimesh.load_scene(tmp_path / "a.glb").geometry.values()
+    np.testing.assert_allclose(shape.vertex_normals, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1, 1e9])
+def test_stl_has_the_normals_of_its_faces(tmp_path, scale):
+    isospline.Mesh(scale * TETRAHEDRON, OUTWARD).write(tmp_path / "a.stl")
+    triangles = [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+    found = np.frombuffer((tmp_path / "a.stl").read_bytes(), triangles, offset=84)
+    np.testing.assert_allclose(found["normal"], trimesh.Trimesh(TETRAHEDRON, OUTWARD).face_normals, atol=1e-6)
+
+
+@pytest.mark.parametrize("size, said", [(50, "at least 84"), (99, "842150534 bytes of 16843009")])
+def test_the_size_of_an_stl_file_is_named(tmp_path, size, said):
+    (tmp_path / "a.stl").write_bytes(b"\1" * size)
+    with pytest.raises(ValueError, match=rf"a\.stl: .*expected {said}.*, got {size}: the file is truncated"):
+        isospline.read_mesh(tmp_path / "a.stl")
+
+
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".off", ".glb", ".STL"])
 def test_files_of_trimesh_are_read(tmp_path, suffix):
     shape = trimesh.creation.annulus(1, 2, 3)
