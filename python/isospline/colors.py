@@ -133,7 +133,8 @@ def _srgb_of(name: str) -> NDArray[np.float64] | None:
     from PIL import ImageColor
 
     try:
-        return np.array(ImageColor.getrgb(name)) / 255
+        parts = np.array(ImageColor.getrgb(name)) / 255
+        return parts if (parts <= 1).all() else None  # of rgb(300, 0, 0)
     except ValueError:
         pass
     try:

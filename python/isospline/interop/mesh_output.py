@@ -162,6 +162,8 @@ def _write_glb(mesh, path, offset):
     scene.add_geometry(converted, transform=place)
     with open(path, "wb") as file:
         has_normals = mesh.normals is not None  # trimesh would make some up, and the faces would look round
+        if has_normals:
+            converted.vertex_normals = _unit(mesh.normals)  # trimesh makes short ones 0
         file.write(scene.export(file_type="glb", include_normals=has_normals, tree_postprocessor=_name_colors))
 
 
@@ -179,7 +181,7 @@ def _write_3mf(mesh, path, unit):
 
 def _write_obj(mesh, path):
     # trimesh writes a number of decimal places, which lose small numbers; repr has the digits that keep each.
-    points = mesh.vertices if mesh.colors is None else np.hstack([mesh.vertices, _srgb_colors(mesh) / 255])
+    points = mesh.vertices if mesh.colors is None else np.hstack([mesh.vertices, mesh.colors])
     normals = np.empty((0, 3)) if mesh.normals is None else mesh.normals
     corner = ("{0}" if mesh.normals is None else "{0}//{0}").format
     with open(path, "w", encoding="ascii") as file:
@@ -222,6 +224,14 @@ def _srgb_colors(mesh):
     if mesh.colors is None:
         return None
     return _bytes_of(mesh.colors)
+
+
+def _unit(vectors):
+    """Vectors of any length in the length 1, which glTF expects; zero stays zero."""
+    largest = np.abs(vectors).max(axis=1, keepdims=True)
+    vectors = vectors / np.where(largest > 0, largest, 1)  # whose squares neither overflow nor vanish
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(lengths > 0, lengths, 1)
 
 
 def _bytes_of(colors):

@@ -16,11 +16,16 @@ def mesh_from_meshio(cls, mesh, **options):
         import pyvista
     check_type(mesh, "mesh", meshio.Mesh, "a meshio.Mesh")
     with errors_name("mesh"):
-        for block in mesh.cells:
+        blocks = [block for block in mesh.cells if block.dim >= 2]
+        for block in blocks:
             for indices in _index_arrays(block):
                 check_indices(indices, len(mesh.points))
         # PyVista would also write cell sets into the original mesh.
-        grid = pyvista.from_meshio(meshio.Mesh(mesh.points, [(block.type, _in_order(block)) for block in mesh.cells]))
+        given = meshio.Mesh(mesh.points, [(block.type, _in_order(block)) for block in blocks])
+        try:
+            grid = pyvista.from_meshio(given)
+        except KeyError as error:
+            raise ValueError(f"expected cells of a type that VTK has, got {error.args[0]}") from None
         normals, colors = (_point_data(mesh, *names) for names in _ATTRIBUTES)
         if normals is not None:
             grid.point_data.active_normals = normals
@@ -43,13 +48,14 @@ _ATTRIBUTES = ("normals", "nx", "ny", "nz"), ("colors", "red", "green", "blue")
 
 
 def _point_data(mesh, name, *components):
-    """An array (N, 3) of numbers at the points; None if there is none."""
+    """An array (N, 3) of numbers at the points, in the machine's byte order; None if there is none."""
     found = mesh.point_data.get(name)
-    if np.ndim(found) == 2 and np.shape(found)[1] in (3, 4):
-        return found
-    if not all(np.ndim(mesh.point_data.get(component)) == 1 for component in components):
-        return None
-    return np.stack([mesh.point_data[component] for component in components], axis=1)
+    if np.ndim(found) != 2 or np.shape(found)[1] not in (3, 4):
+        if not all(np.ndim(mesh.point_data.get(component)) == 1 for component in components):
+            return None
+        found = np.stack([mesh.point_data[component] for component in components], axis=1)
+    found = np.asarray(found)
+    return found.astype(found.dtype.newbyteorder("="), copy=False)
 
 
 def _name_of_values(point_data):

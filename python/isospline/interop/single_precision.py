@@ -20,6 +20,7 @@ STL_HEADER_SIZE = 80
 _HEADER = b"offset "
 
 
+@np.errstate(invalid="ignore", over="ignore")  # of coordinates that are refused
 def offset_for(vertices, faces):
     """The point of which vertices are to be written in float32, as differences.
 

@@ -7,6 +7,7 @@ import io
 import os
 import re
 import zipfile
+from xml.etree import ElementTree
 
 from ..base.mistakes import sentence
 from ..base.parameters import printable
@@ -76,12 +77,23 @@ def write(mesh, path, unit):
             archive.writestr(name, part)
 
 
+def main_model(archive):
+    """The name of the file in an archive that has what is built: the relationships of the archive name it."""
+    names = {name.lower(): name for name in archive.namelist()}  # upper and lower case are the same in names of parts
+    relationships = archive.read(names["_rels/.rels"]) if "_rels/.rels" in names else b"<none/>"
+    for element in ElementTree.fromstring(relationships):
+        target = element.get("Target", "").lstrip("/").lower()
+        if element.get("Type", "").endswith("/3dmodel") and target in names:
+            return names[target]
+    models = [name for lower, name in names.items() if lower.endswith(".model")]
+    if not models:
+        raise ValueError("expected a file with the relationship 3dmodel in the archive, got none")
+    return names.get("3d/3dmodel.model", models[0])
+
+
 def unit_in_file(path):
     """The unit that a file tells; millimetres by default. It runs in a process of its own."""
-    with zipfile.ZipFile(path) as archive:
-        models = [name for name in archive.namelist() if name.endswith(".model")]
-        main = next((name for name in models if name.lower() == "3d/3dmodel.model"), models[0])
-        with archive.open(main) as file:
-            head = file.read(1 << 16)
+    with zipfile.ZipFile(path) as archive, archive.open(main_model(archive)) as file:
+        head = file.read(1 << 16)
     found = re.search(rb"""<(?:\w+:)?model\b[^>]*?\bunit=["'](\w+)["']""", head)
     return "millimeter" if found is None else found[1].decode()

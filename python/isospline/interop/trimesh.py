@@ -32,7 +32,7 @@ def _arrays(mesh, normals_of):
         return _part(mesh, np.eye(4), normals_of)
     placed = (mesh.graph[node] for node in mesh.graph.nodes_geometry)
     shapes = ((mesh.geometry[name], place) for place, name in placed)
-    return _joined([_part(shape, place, normals_of) for shape, place in shapes if hasattr(shape, "faces")])
+    return joined([_part(shape, place, normals_of) for shape, place in shapes if hasattr(shape, "faces")])
 
 
 def _stored_normals(mesh):
@@ -53,17 +53,28 @@ def _given_normals(mesh):
 
 def _part(mesh, place, normals_of):
     """The arrays of a mesh, moved by a (4, 4) matrix."""
-    linear, is_moved = place[:3, :3], not np.array_equal(place, np.eye(4))
-    vertices, faces, normals = np.asarray(mesh.vertices), np.asarray(mesh.faces), normals_of(mesh)
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     visual = mesh.visual
     colors = visual.vertex_colors if visual.kind == "vertex" else None
     if visual.kind == "texture":
         colors = visual.vertex_attributes.get("color")
-    if is_moved:
-        vertices = vertices @ linear.T + place[:3, 3]
-        faces = faces if np.linalg.det(linear) > 0 else faces[:, ::-1]
-        normals = None if normals is None else normals @ np.linalg.inv(linear)
-    return {"vertices": vertices, "faces": faces, **attributes(normals, colors, _named(mesh))}
+    return moved({"vertices": vertices, "faces": faces, **attributes(normals_of(mesh), colors, _named(mesh))}, place)
+
+
+def moved(arrays, place):
+    """The arrays of a mesh, moved by a (4, 4) matrix. Mirrored faces are turned, so that their outer side stays so."""
+    if np.array_equal(place, np.eye(4)):
+        return arrays
+    linear = place[:3, :3]
+    cofactors = np.cross(np.roll(linear, -1, axis=0), np.roll(linear, -2, axis=0))
+    volume = linear[0] @ cofactors[0]  # the determinant
+    found = arrays | {"vertices": arrays["vertices"] @ linear.T + place[:3, 3]}
+    if volume < 0:
+        found["faces"] = arrays["faces"][:, ::-1]
+    if "normals" in arrays:
+        # By the inverse, transposed; by the cofactors for what becomes flat, which has no inverse.
+        found["normals"] = arrays["normals"] @ (cofactors.T / (volume or 1.0))
+    return found
 
 
 def _named(mesh):
@@ -76,7 +87,7 @@ def _named(mesh):
     return found
 
 
-def _joined(parts):
+def joined(parts):
     """The arrays of several meshes, one after the other, with those attributes that all have."""
     if len(parts) == 1:
         return parts[0]

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..base.parameters import check_type
 from ..io import vtk
+from ..io.vtk import numbers_of
 from .checks import attributes, errors_name, library_of, to_mesh, to_volume
 from .polygons import cut_polygons, cut_strips
 
@@ -60,7 +61,7 @@ def _check_cells(cells, count):
     """Check the offsets and indices of an array of cells; returns the number of indices of each cell."""
     if cells is None or cells.GetNumberOfCells() == 0:
         return np.zeros(0, int)
-    indices, offsets = _numbers(cells.GetConnectivityArray()), _numbers(cells.GetOffsetsArray())
+    indices, offsets = numbers_of(cells.GetConnectivityArray()), numbers_of(cells.GetOffsetsArray())
     # Compare, because differences of arbitrary numbers can overflow.
     if offsets[0] != 0 or offsets[-1] != len(indices) or (offsets[1:] < offsets[:-1]).any():
         raise ValueError("expected offsets of cells that ascend from 0 to the number of indices, got others")
@@ -82,9 +83,9 @@ def _check_cell_types(grid, sizes):
     if len(sizes) == 0:
         return
     try:
-        types = _numbers(grid.GetCellTypes())
+        types = numbers_of(grid.GetCellTypes())
     except TypeError:  # before VTK 9.6
-        types = _numbers(grid.GetCellTypesArray())
+        types = numbers_of(grid.GetCellTypesArray())
     for cell_type in np.unique(types):
         cell = vtkGenericCell.InstantiateCell(int(cell_type))
         if cell is None:
@@ -92,18 +93,6 @@ def _check_cell_types(grid, sizes):
         least = sizes[types == cell_type].min()
         if least < cell.GetNumberOfPoints():
             raise ValueError(f"expected {cell.GetNumberOfPoints()} indices of a {cell.GetClassName()}, got {least}")
-
-
-def _numbers(array):
-    """The numbers of a VTK array, including one that computes its values."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkIdTypeArray
-
-    if not array.HasStandardMemoryLayout():
-        stored = vtkIdTypeArray()
-        stored.DeepCopy(array)
-        array = stored
-    return vtk_to_numpy(array)
 
 
 def surface(grid):
@@ -128,16 +117,14 @@ def surface(grid):
 
 def triangles(poly_data):
     """The arrays of a surface: vertices, faces, normals, colours and values."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
     if poly_data.GetNumberOfPoints() == 0:
         return {"vertices": np.empty((0, 3)), "faces": np.empty((0, 3), int)}
-    vertices = _numbers(poly_data.GetPoints().GetData()).astype(float)
+    vertices = numbers_of(poly_data.GetPoints().GetData()).astype(float)
     polygons = cut_polygons(vertices, *_sizes_and_indices(poly_data.GetPolys()))
     faces = np.concatenate([polygons, cut_strips(*_sizes_and_indices(poly_data.GetStrips()))])
     data = poly_data.GetPointData()
     normals = data.GetNormals()
-    normals = None if normals is None or normals.GetNumberOfComponents() != 3 else vtk_to_numpy(normals)
+    normals = None if normals is None or normals.GetNumberOfComponents() != 3 else numbers_of(normals)
     return {"vertices": vertices, "faces": faces, **attributes(normals, _colors(data), _named(data))}
 
 
@@ -145,28 +132,25 @@ def _sizes_and_indices(cells):
     """How many points each cell has, and their indices."""
     if cells.GetNumberOfCells() == 0:
         return np.zeros(0, int), np.zeros(0, int)
-    return np.diff(_numbers(cells.GetOffsetsArray())), _numbers(cells.GetConnectivityArray())
+    return np.diff(numbers_of(cells.GetOffsetsArray())), numbers_of(cells.GetConnectivityArray())
 
 
 def _colors(data):
     """The colours among the data of points, or None. Active scalars are colours if they are bytes, as in VTK."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 
     active, named = data.GetScalars(), [data.GetArray(name) for name in ("colors", "Colors", "RGB", "RGBA")]
     is_of_bytes = active is not None and active.GetDataType() == VTK_UNSIGNED_CHAR
     arrays = [active, *named] if is_of_bytes else named
-    colors = (vtk_to_numpy(array) for array in arrays if array is not None and array.GetNumberOfComponents() in (3, 4))
+    colors = (numbers_of(array) for array in arrays if array is not None and array.GetNumberOfComponents() in (3, 4))
     return next(colors, None)
 
 
 def _named(data):
     """The arrays of the data of points, with their names; the active scalars are the first."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
     arrays = [data.GetScalars(), *(data.GetArray(index) for index in range(data.GetNumberOfArrays()))]
     return [
-        (array.GetName() or "values", vtk_to_numpy(array))
+        (array.GetName() or "values", numbers_of(array))
         for array in arrays
         if array is not None and not (array.GetName() or "").startswith(_IDS)
     ]

@@ -56,15 +56,13 @@ def check_end(path):
 
 def to_volume_data(image, name=None):
     """The place of image data, and the samples of the array with this name, or of the active or only one."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
     array, of_cells = _choose(image, name)
     check_components(array.GetNumberOfComponents())
 
     extent = np.reshape(image.GetExtent(), (3, 2))
     size = extent[:, 1] - extent[:, 0] + (0 if of_cells else 1)
     check_samples(tuple(size[::-1].tolist()), "u1", mapped=True)
-    data = vtk_to_numpy(array)
+    data = numbers_of(array)
     if data.size != np.prod(size):
         raise ValueError(f"expected {np.prod(size)} samples, got {data.size}")
     spacing = np.array(image.GetSpacing())
@@ -79,6 +77,18 @@ def to_volume_data(image, name=None):
         tuple(origin.tolist()),
         direction * np.where(spacing < 0, -1.0, 1.0),
     )
+
+
+def numbers_of(array):
+    """The numbers of a VTK array, also of one that computes them or has its components apart."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkDataArray
+
+    if not array.HasStandardMemoryLayout():
+        stored = vtkDataArray.CreateDataArray(array.GetDataType())
+        stored.DeepCopy(array)
+        array = stored
+    return vtk_to_numpy(array)
 
 
 def _check_memory(information):

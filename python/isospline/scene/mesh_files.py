@@ -29,6 +29,7 @@ from .mesh_references import check_entities, check_references, resolver_within
 from .obj_files import read_obj
 from .off_files import read_off
 from .ply_files import read_ply
+from .three_mf_files import read_3mf
 
 
 @explained
@@ -38,8 +39,8 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     ==========================================================  =======================================  =========
     suffix                                                      format                                   read by
     ==========================================================  =======================================  =========
-    ``.ply``, ``.obj``, ``.off``                                PLY, Wavefront, OFF                      isospline
-    ``.stl``, ``.glb``, ``.gltf``, ``.3mf``, ``.dae``           STL, glTF, 3MF, COLLADA                  trimesh
+    ``.ply``, ``.obj``, ``.off``, ``.3mf``                      PLY, Wavefront, OFF, 3MF                 isospline
+    ``.stl``, ``.glb``, ``.gltf``, ``.dae``                     STL, glTF, COLLADA                       trimesh
     ``.vtk``, ``.vtp``, ``.vtu``                                VTK surfaces and grids                   VTK
     ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      formats of meshers and finite elements   meshio
     ==========================================================  =======================================  =========
@@ -129,8 +130,6 @@ def load_trimesh(path, within):
     from trimesh.resolvers import FilePathResolver
 
     path = Path(path)
-    if path.suffix.lower() == ".3mf":
-        three_mf.import_packages()
     file_type = path.suffix[1:].lower()
     is_gltf = file_type in ("glb", "gltf")
     if file_type == "stl":
@@ -166,9 +165,9 @@ def _arrays_of_trimesh(path, scene):
 
 def load_polygons(path, within):
     """Read a file of polygons; what it refers to, such as materials, is not read."""
-    del within
     path = Path(path)
-    readers = {".obj": read_obj, ".off": read_off, ".ply": read_ply}
+    check_entities(path, within)
+    readers = {".3mf": read_3mf, ".obj": read_obj, ".off": read_off, ".ply": read_ply}
     return _arrays(readers[path.suffix.lower()](path))
 
 
@@ -235,8 +234,8 @@ def _arrays(mesh):
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
 #: The functions of formats by their suffix, and the packages that they need.
 _READERS = {
-    **dict.fromkeys((".obj", ".off", ".ply"), ("load_polygons", "")),
-    **dict.fromkeys((".3mf", ".dae", ".glb", ".gltf", ".stl"), ("load_trimesh", "trimesh")),
+    **dict.fromkeys((".3mf", ".obj", ".off", ".ply"), ("load_polygons", "")),
+    **dict.fromkeys((".dae", ".glb", ".gltf", ".stl"), ("load_trimesh", "trimesh")),
     **dict.fromkeys((".vtk", ".vtp", ".vtu"), ("load_vtk", f"{LIBRARIES} vtkmodules.vtkFiltersGeometry")),
 }
 _MESHIO = ("load_meshio", "meshio pyvista")

@@ -10,14 +10,16 @@ HEADER_LIMIT = 1 << 16
 
 
 def check_stl(path):
-    """Check that an ASCII file is complete; trimesh checks the size of a binary one."""
+    """Check that a file is complete."""
     size = os.path.getsize(path)
     with open(path, "rb") as file:
         beginning = file.read(84)
-        if size >= 84 and size == 84 + 50 * int.from_bytes(beginning[80:], "little"):
+        count = int.from_bytes(beginning[80:], "little")
+        if size >= 84 and size == 84 + 50 * count:
             return
-        if not beginning.lstrip().lower().startswith(b"solid"):
-            return
+        if b"solid" not in beginning.lower():
+            expected = f"{84 + 50 * count} bytes of {count} triangles" if size >= 84 else "at least 84 bytes"
+            raise ValueError(f"expected {expected}, got {size}: the file is truncated or damaged")
         file.seek(-min(size, HEADER_LIMIT), os.SEEK_END)
         last = file.read().strip().rpartition(b"\n")[2].strip().lower()
     if not last.startswith(b"endsolid"):

@@ -106,6 +106,13 @@ def test_coordinates_beyond_single_precision_are_refused(tmp_path, ball, suffix)
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("suffix", [".stl", ".glb"])
+@pytest.mark.filterwarnings("error")
+def test_coordinates_whose_squares_overflow_are_refused(tmp_path, ball, suffix):
+    with pytest.raises(ValueError, match=rf"a\{suffix}: expected coordinates up to 3\.4e\+38 .*, got 1e\+300: \.ply"):
+        moved(ball, 1e300 / np.abs(ball.vertices).max(), 0).write(tmp_path / f"a{suffix}")
+
+
 @pytest.mark.parametrize("scale", [1e-9, 1e-15, 1e-24])
 def test_obj_has_digits_for_tiny_meshes(tmp_path, ball, scale):
     mesh = moved(ball, scale, 0)

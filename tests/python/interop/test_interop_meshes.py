@@ -58,6 +58,16 @@ def test_trimesh_scene_is_taken_over_in_place():
     assert volume(mesh) == pytest.approx(6 + 12)
 
 
+def test_instances_of_a_scene_may_be_flat():
+    shape = trimesh.Trimesh(TETRAHEDRON, OUTWARD, vertex_normals=np.eye(4)[:, 1:], process=False)
+    scene = trimesh.Scene()
+    scene.add_geometry(shape, transform=np.diag([1.0, 2, 0, 1]))
+    mesh = isospline.Mesh.from_trimesh(scene)
+    np.testing.assert_array_equal(mesh.vertices, TETRAHEDRON * (1, 2, 0))
+    np.testing.assert_array_equal(mesh.faces, OUTWARD)
+    np.testing.assert_array_equal(mesh.normals, [(0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 2)])
+
+
 def test_normals_that_trimesh_computes_are_not_those_of_the_mesh(rng, tmp_path):
     shape = trimesh.creation.icosphere(2)
     computed = np.array(shape.vertex_normals)  # and kept by trimesh
@@ -151,6 +161,40 @@ def test_of_grids_the_faces_are_taken_or_else_the_surface():
     assert area(isospline.Mesh.from_pyvista(sheet)) == pytest.approx(12)
 
 
+def test_arrays_of_vtk_may_have_components_apart_or_be_computed():
+    core = pytest.importorskip("vtkmodules.vtkCommonCore")
+    apart, computed = (getattr(core, f"vtk{kind}Array", None) for kind in ("SOATypeFloat32", "AffineTypeFloat64"))
+    if apart is None or computed is None:
+        pytest.skip("since VTK 9.6")
+
+    def array_of(rows):
+        array = apart()
+        array.SetNumberOfComponents(3)
+        array.SetNumberOfTuples(len(rows))
+        for place, row in enumerate(rows.tolist()):
+            array.SetTuple(place, row)
+        return array
+
+    shape = pyvista.PolyData.from_regular_faces(TETRAHEDRON, OUTWARD)
+    points = core.vtkPoints()
+    points.SetData(array_of(TETRAHEDRON / 4))
+    shape.SetPoints(points)
+    shape.GetPointData().SetNormals(array_of(TETRAHEDRON + 0.25))
+    values = computed()
+    values.SetNumberOfTuples(4)
+    values.ConstructBackend(0.5, 2.25)
+    values.SetName("computed")
+    shape.GetPointData().SetScalars(values)
+    mesh = isospline.Mesh.from_vtk(shape)
+    np.testing.assert_array_equal(mesh.vertices, TETRAHEDRON / 4)
+    np.testing.assert_array_equal(mesh.normals, TETRAHEDRON + 0.25)
+    np.testing.assert_array_equal(mesh.values, [values.GetValue(place) for place in range(4)])
+    grid = pyvista.ImageData(dimensions=(2, 2, 1))
+    grid.GetPointData().SetScalars(values)
+    volume = isospline.Volume.from_vtk(grid, degree=1)
+    np.testing.assert_allclose(volume.sample(np.asarray(grid.points)), mesh.values)
+
+
 def test_pyvista_objects_without_faces_are_refused():
     for shape in (pyvista.PolyData(), pyvista.Line(), pyvista.PolyData(TETRAHEDRON)):
         with pytest.raises(ValueError, match="mesh: expected faces"):
@@ -207,7 +251,50 @@ def test_meshio_mesh_without_faces_is_refused():
             isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, cells))
 
 
+def test_meshio_arrays_may_have_another_byte_order():
+    data = {"normals": TETRAHEDRON + 0.25, "colors": TETRAHEDRON / 3, "heat": np.arange(4.0)}
+    swapped = {name: array.astype(">f4") for name, array in data.items()}
+    given = meshio.Mesh(TETRAHEDRON.astype(">f8"), [("triangle", OUTWARD.astype(">i4"))], point_data=swapped)
+    mesh = isospline.Mesh.from_meshio(given)
+    np.testing.assert_array_equal(corners(mesh), TETRAHEDRON[OUTWARD])
+    np.testing.assert_array_equal(mesh.normals[mesh.faces], data["normals"][OUTWARD])
+    np.testing.assert_allclose(mesh.colors[mesh.faces], data["colors"][OUTWARD], atol=1e-7)
+    np.testing.assert_array_equal(mesh.values[mesh.faces], data["heat"][OUTWARD])
+
+
+def test_meshio_cells_that_vtk_does_not_have_are_named():
+    face = ("triangle", [(0, 1, 2)])
+    mesh = isospline.Mesh.from_meshio(meshio.Mesh(np.eye(5, 3), [("line5", [range(5)]), face]))
+    assert len(mesh.faces) == 1
+    with pytest.raises(ValueError, match="mesh: expected cells of a type that VTK has, got triangle10"):
+        isospline.Mesh.from_meshio(meshio.Mesh(np.zeros((10, 3)), [("triangle10", [range(10)]), face]))
+
+
 # Files
+
+
+@pytest.mark.parametrize("length", [1e-200, 1e-14, 3, 1e200])
+def test_normals_of_gltf_have_the_length_one(tmp_path, length):
+    directions = np.array([(1, 2, 3), (0, 0, -1), (-3, 0, 4), (1, 0, 0)], float)
+    isospline.Mesh(TETRAHEDRON, OUTWARD, normals=length * directions).write(tmp_path / "a.glb")
+    expected = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    (shape,) = trimesh.load_scene(tmp_path / "a.glb").geometry.values()
+    np.testing.assert_allclose(shape.vertex_normals, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1, 1e9])
+def test_stl_has_the_normals_of_its_faces(tmp_path, scale):
+    isospline.Mesh(scale * TETRAHEDRON, OUTWARD).write(tmp_path / "a.stl")
+    triangles = [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+    found = np.frombuffer((tmp_path / "a.stl").read_bytes(), triangles, offset=84)
+    np.testing.assert_allclose(found["normal"], trimesh.Trimesh(TETRAHEDRON, OUTWARD).face_normals, atol=1e-6)
+
+
+@pytest.mark.parametrize("size, said", [(50, "at least 84"), (99, "842150534 bytes of 16843009")])
+def test_the_size_of_an_stl_file_is_named(tmp_path, size, said):
+    (tmp_path / "a.stl").write_bytes(b"\1" * size)
+    with pytest.raises(ValueError, match=rf"a\.stl: .*expected {said}.*, got {size}: the file is truncated"):
+        isospline.read_mesh(tmp_path / "a.stl")
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".off", ".glb", ".STL"])

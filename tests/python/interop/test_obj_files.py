@@ -103,6 +103,15 @@ def test_colors_of_vertices_are_read_beside_materials(tmp_path):
         np.testing.assert_array_equal(isospline.read_mesh(tmp_path / "a.obj").colors, np.eye(3))
 
 
+def test_colors_are_written_with_all_digits(tmp_path, rng):
+    colors = rng.random((3, 3)) * [(1,), (1e-3,), (1,)]
+    isospline.Mesh(np.eye(3), [(0, 1, 2)], colors=colors).write(tmp_path / "a.obj")
+    lines = (tmp_path / "a.obj").read_text(encoding="utf-8").splitlines()
+    found = [line.split()[4:] for line in lines if line.startswith("v ")]
+    np.testing.assert_allclose(np.array(found, float), colors, atol=1e-11)
+    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.obj").colors, colors, atol=1e-11)
+
+
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
 def test_vertices_and_normals_are_read_bit_for_bit(tmp_path, rng, suffix):
     vertices = rng.normal(size=(300, 3)) * 10.0 ** rng.integers(-300, 20, (300, 3))

@@ -285,6 +285,13 @@ def test_names_of_colors_are_taken_wherever_a_color_is(camera):
     assert isospline.Phong(color=tuple(srgb)) == isospline.Phong(color="tan") == isospline.Phong(color=linear(tan))
 
 
+@pytest.mark.parametrize("name", ["rgb(300,0,0)", "rgb(0, 256, 0)"])
+def test_names_of_colors_have_numbers_up_to_255(name):
+    for make in (lambda: isospline.Phong(color=name), lambda: isospline.colors.named_color(name)):
+        with pytest.raises(ValueError, match=r"color: expected numbers .* or the name of a colour.*rgb"):
+            make()
+
+
 def test_names_of_matplotlib():
     pytest.importorskip("matplotlib")
     from matplotlib.colors import BASE_COLORS, CSS4_COLORS, TABLEAU_COLORS, XKCD_COLORS, to_rgb
