@@ -244,7 +244,7 @@ class MeshConversions(_core.Mesh):
         ========  =====================================================================  =========
         ``.stl``  binary; the corners of each face in float32, nothing else              isospline
         ``.ply``  binary; vertices, faces, normals and values in float64, 8-bit colours  meshio
-        ``.obj``  text; vertices, faces and normals in float64, 8-bit colours            isospline
+        ``.obj``  text; vertices, faces, normals and colours in float64                  isospline
         ``.glb``  binary glTF; vertices, faces, normals and linear colours in float32    trimesh
         ``.3mf``  compressed, for printers; vertices and faces, and the unit             trimesh
         ========  =====================================================================  =========

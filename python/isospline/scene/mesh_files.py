@@ -50,7 +50,7 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     Faces of more than three corners are cut into triangles; they need not be convex. In STL, corners with equal
     positions become one vertex; in other formats, vertices are not merged. If a file has solid cells and no faces,
     their surface is used. Coordinates are those of the file, plus the offset that `Mesh.write` notes in the header of
-    an STL file far from the origin. Materials and textures of OBJ and PLY are not opened. A process of its own reads
+    an STL file far from the origin. Materials and textures of OBJ, PLY and 3MF are not read. A process of its own reads
     the file, with limits on memory and time.
 
     Parameters
