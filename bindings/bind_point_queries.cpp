@@ -9,7 +9,6 @@
 
 #include "isospline/measure/components.h"
 #include "isospline/query/closest_point.h"
-#include "isospline/query/contains.h"
 #include "isospline/query/lattice_metric.h"
 #include "isospline/query/solid.h"
 #include "isospline/trace/certified_ray.h"

@@ -5,7 +5,7 @@
 #include "isospline/io/exr.h"
 #include "isospline/polygonize/surface_mesh.h"
 #include "isospline/query/closest_point.h"
-#include "isospline/query/contains.h"
+#include "isospline/query/solid.h"
 #include "isospline/render/camera.h"
 #include "isospline/render/image.h"
 #include "isospline/render/opencv_camera.h"

@@ -76,11 +76,15 @@ SolidPlanes::SolidPlanes(const Volume& volume, const std::vector<HalfSpace>& cli
     all_ = clip_;
     if (closed)
         all_.insert(all_.end(), border.begin(), border.end());
+    const auto has = [](const std::vector<HalfSpace>& planes, const HalfSpace& plane) {
+        return std::find(planes.begin(), planes.end(), plane) != planes.end();
+    };
     for (std::size_t i = 0; i < all_.size(); ++i) {
+        const HalfSpace& plane = all_[i];
         const auto place = all_.begin() + static_cast<std::ptrdiff_t>(i);
-        const bool is_first = std::find(all_.begin(), place, *place) == place;
-        const bool is_closed = closed && std::find(border.begin(), border.end(), *place) != border.end();
-        has_caps_.push_back(is_first && (capped || is_closed));
+        const bool is_first = std::find(all_.begin(), place, plane) == place;
+        has_caps_.push_back(is_first && (capped || (closed && has(border, plane))));
+        caps_have_area_.push_back(has_caps_.back() && !has(clip_, opposite(plane)) && !has(border, opposite(plane)));
     }
 }
 

@@ -29,12 +29,14 @@ public:
     const std::vector<HalfSpace>& all() const { return all_; }
     /// Whether the parts of a plane of `all()` in the solid are caps. Of equal planes, only the first has caps.
     bool has_caps(std::size_t plane) const { return has_caps_[plane]; }
+    /// The same, and the solid does not end there on the other side, too: then it is flat, and empty.
+    bool caps_have_area(std::size_t plane) const { return caps_have_area_[plane]; }
     /// Whether any plane has caps.
     bool have_caps() const;
 
 private:
     std::vector<HalfSpace> clip_, all_;
-    std::vector<bool> has_caps_;
+    std::vector<bool> has_caps_, caps_have_area_;
 };
 
 } // namespace isospline

@@ -74,8 +74,8 @@ void check(const Solid& solid, const IntegralOptions& options)
 {
     if (options.order != 0 && (options.order < 2 || options.order > 10))
         throw_invalid("order", "2 to 10", options.order);
-    if (!(options.tolerance > 0.0))
-        throw_invalid("tolerance", "a positive number", options.tolerance);
+    if (!(options.tolerance > 0.0) || !std::isfinite(options.tolerance))
+        throw_invalid("tolerance", "a positive number that is finite", options.tolerance);
     if (options.needs_curvature() && solid.volume.degree() < 2)
         throw_invalid("degree", "2 or 3 of a volume whose surfaces have curvatures: those of degree 1 have creases",
                       solid.volume.degree());
@@ -274,7 +274,8 @@ private:
                     totals.error[quantity] = error;
                 }
                 const double limit = options_.tolerance * (all.magnitude + whole);
-                if (options_.wanted[quantity] && totals.error[quantity] > limit)
+                const bool is_reached = totals.error[quantity] <= limit && std::isfinite(totals.error[quantity]);
+                if (options_.wanted[quantity] && !is_reached)
                     choose_rules(of_component_[component], quantity, all, limit, next_rules);
             }
         std::vector<std::size_t> found;

@@ -104,7 +104,7 @@ private:
             if (is_outside(box, all[i]))
                 return false;
             if (!is_inside(box, all[i]))
-                add(all[i], solid_.planes.has_caps(i));
+                add(all[i], solid_.planes.caps_have_area(i));
         }
         if (weights_.area == 0.0)
             return true;

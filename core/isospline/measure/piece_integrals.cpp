@@ -69,7 +69,7 @@ void PieceIntegrals::add_cell(const glm::ivec3& at, Side side, PieceSums& to)
         if (is_inside(box, plane) || std::find(crossing_.begin(), crossing_.end(), plane) != crossing_.end())
             continue;
         crossing_.push_back(plane);
-        has_caps_.push_back(surface_ && solid_.planes.has_caps(i));
+        has_caps_.push_back(surface_ && solid_.planes.caps_have_area(i));
     }
     if (crossing_.empty()) {
         if (side == Side::inside) {

@@ -93,6 +93,29 @@ SimplifiedMesh mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t face
     return *std::move(best);
 }
 
+/// Where gradients vanish: gives a vertex the mean normal of its faces, by their areas.
+void set_missing_normals(SurfaceMesh& mesh)
+{
+    std::vector<bool> is_missing(mesh.normals.size());
+    for (std::size_t i = 0; i < is_missing.size(); ++i)
+        is_missing[i] = mesh.normals[i] == glm::dvec3(0.0);
+    if (std::find(is_missing.begin(), is_missing.end(), true) == is_missing.end())
+        return;
+    for (const glm::uvec3& face : mesh.faces) {
+        const glm::dvec3& a = mesh.vertices[face.x];
+        const glm::dvec3 doubled_area = glm::cross(mesh.vertices[face.y] - a, mesh.vertices[face.z] - a);
+        for (int corner = 0; corner < 3; ++corner)
+            if (is_missing[face[corner]])
+                mesh.normals[face[corner]] += doubled_area;
+    }
+    for (std::size_t i = 0; i < is_missing.size(); ++i) {
+        glm::dvec3& normal = mesh.normals[i];
+        const glm::dvec3 size = glm::abs(normal);
+        if (const double largest = std::max({size.x, size.y, size.z}); is_missing[i] && largest > 0.0)
+            normal = glm::normalize(normal / largest); // whose square is not too small
+    }
+}
+
 /// Maps a mesh from lattice space to the world, and adds normals: those of the surface at `feet`, one for each vertex,
 /// or at the vertices.
 template <int Degree>
@@ -105,7 +128,7 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, std::s
     SurfaceMesh result{std::move(mesh.vertices), {}, std::move(mesh.faces), unknown, {}, 0, unknown};
     result.normals.resize(result.vertices.size());
 
-    // Vertices on caps only have a cap's normal; if gradients vanish, normals are those of faces.
+    // Vertices on caps only have a cap's normal.
     std::vector<FaceLabel> label(result.vertices.size(), ~FaceLabel{0});
     for (std::size_t face = 0; face < result.faces.size(); ++face)
         for (int corner = 0; corner < 3; ++corner)
@@ -133,6 +156,7 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, std::s
     if (is_mirrored)
         for (glm::uvec3& face : result.faces)
             std::swap(face.y, face.z);
+    set_missing_normals(result);
     return result;
 }
 

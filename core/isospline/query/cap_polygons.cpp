@@ -23,16 +23,6 @@ bool is_empty(const ConvexPolygon& polygon)
     return !(width_of(polygon) > 2.0 * plane_margin);
 }
 
-/// Whether the solid is flat on a plane, and so empty: the clip or the domain ends there on the other side, too.
-bool is_flat_on(const IsosurfaceSnapshot& surface, const HalfSpace& plane)
-{
-    const HalfSpace opposite{-plane.normal, -plane.offset};
-    const auto has_opposite = [&](const std::vector<HalfSpace>& planes) {
-        return std::find(planes.begin(), planes.end(), opposite) != planes.end();
-    };
-    return has_opposite(surface.clip_lattice()) || has_opposite(half_spaces(domain_lattice(surface.volume())));
-}
-
 /// The part of a plane within the domain and the clip, in lattice space.
 ConvexPolygon polygon_of(const IsosurfaceSnapshot& surface, const HalfSpace& plane)
 {
@@ -51,11 +41,11 @@ CapPolygons::CapPolygons(const IsosurfaceSnapshot& surface, const glm::dmat4& tr
 {
     const glm::dmat3 to_lattice(to_lattice_);
     for (std::size_t i = 0; i < surface.planes().all().size(); ++i) {
-        if (!surface.planes().has_caps(i))
+        if (!surface.planes().caps_have_area(i))
             continue;
         const HalfSpace& plane = surface.planes().all()[i];
         ConvexPolygon polygon = polygon_of(surface, plane);
-        if (is_empty(polygon) || is_flat_on(surface, plane))
+        if (is_empty(polygon))
             continue;
         double error = 0.0;
         for (glm::dvec3& corner : polygon) {

@@ -9,11 +9,22 @@
 
 namespace isospline {
 
-void RayBatch::resize(std::size_t count)
+void RayBatch::begin(std::span<const glm::ivec2> of_pixels, std::size_t first_sample, std::size_t sample_count)
 {
-    pixels.resize(count);
-    rays.resize(count);
-    hits.resize(count);
+    pixels.clear();
+    samples.clear();
+    for (const glm::ivec2& pixel : of_pixels)
+        for (std::size_t i = 0; i < sample_count; ++i) {
+            pixels.push_back(pixel);
+            samples.push_back(static_cast<std::uint32_t>(first_sample + i));
+        }
+    drop_behind();
+}
+
+void RayBatch::drop_behind()
+{
+    rays.resize(pixels.size());
+    hits.resize(pixels.size());
     behind.clear();
     weights.clear();
     origins_.clear();
@@ -75,7 +86,6 @@ void find_hits_through(RayBatch& batch, RayCaster& caster, const Absorption& abs
                 continue;
             }
             batch.weights.push_back(weight);
-            batch.pixels.push_back(batch.pixels[i]);
             batch.rays.push_back(batch.rays[i]);
             batch.hits.push_back(next->hit);
         }

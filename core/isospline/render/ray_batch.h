@@ -9,7 +9,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace isospline {
@@ -17,19 +19,21 @@ namespace isospline {
 class RayCaster;
 class SceneSnapshot;
 
-/// One ray through each of some pixels, and its first hit.
+/// The rays of some samples of some pixels, all of a pixel one after the other, and their first hits.
 ///
-/// Hits behind translucent surfaces follow after all first hits, ray by ray and from front to back, each with its ray
-/// and its pixel.
+/// Hits behind translucent surfaces follow after all first hits, ray by ray and from front to back, each with its ray.
 struct RayBatch {
-    std::vector<glm::ivec2> pixels;
+    std::vector<glm::ivec2> pixels;     ///< of each ray
+    std::vector<std::uint32_t> samples; ///< of each ray: the numbers
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     std::vector<std::size_t> behind; ///< hits behind that of ray i: from behind[i] to behind[i + 1]; none if empty
     std::vector<double> weights;     ///< of each hit in the colour of its ray; all are 1 if empty
 
-    /// Reduces the batch to one ray for each of the first `count` pixels.
-    void resize(std::size_t count);
+    /// Begins a batch of `sample_count` rays for each pixel, of the samples from a first one on.
+    void begin(std::span<const glm::ivec2> of_pixels, std::size_t first_sample, std::size_t sample_count);
+    /// Leaves only the first hits.
+    void drop_behind();
     /// The origin for a ray that leaves hit i in a direction: SceneSnapshot::offset_position(), found once for each
     /// side of the surface.
     glm::dvec3 origin(const SceneSnapshot& scene, std::size_t i, const glm::dvec3& towards);

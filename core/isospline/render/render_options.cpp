@@ -128,4 +128,25 @@ void validate_again(const RenderOptions& options, std::size_t look_count, std::s
         throw_invalid("layers", "none for pixels that are rendered again", "some");
 }
 
+void set_layers(Image& image, std::size_t pixel, const Layers& layers, const Hit& hit, const SurfacePoint& point,
+                const Shading& shading, const glm::dvec3& position_origin)
+{
+    if (layers.depth)
+        image.depth[pixel] = static_cast<float>(point.depth);
+    if (layers.position)
+        image.position[pixel] = glm::vec3(point.position - position_origin);
+    if (layers.normal)
+        image.normal[pixel] = glm::vec3(point.normal);
+    if (layers.albedo)
+        image.albedo[pixel] = glm::vec3(albedo(shading, point));
+    if (layers.gradient_magnitude)
+        image.gradient_magnitude[pixel] = static_cast<float>(hit.gradient_magnitude);
+    if (layers.curvature)
+        image.curvature[pixel] = glm::vec2(point.curvature.mean, point.curvature.gaussian);
+    if (layers.geometry_ids)
+        image.geometry_ids[pixel] = hit.geometry_id;
+    if (layers.primitive_ids)
+        image.primitive_ids[pixel] = hit.primitive_id;
+}
+
 } // namespace isospline

@@ -30,15 +30,19 @@ namespace isospline {
 
 namespace {
 
+/// Rays of a tile that are traced together, about as many as stay in the cache with their hits.
+constexpr std::size_t rays_of_batch = 1024;
+
 /// The memory of one thread that renders tile after tile.
 struct Workspace {
     explicit Workspace(const SceneSnapshot& scene) : caster(scene, RayCaster::Rays::coherent) {}
 
     RayCaster caster;
+    std::vector<glm::ivec2> pixels; ///< of a tile
     RayBatch batch;
-    std::vector<RayCertificate> proven;                    ///< of a batch's first rays
+    std::vector<RayCertificate> proven;                    ///< of a batch's rays
     std::vector<glm::dvec3> colors_of_hits;                ///< of a batch
-    std::vector<std::vector<glm::dvec4>> colors_of_pixels; ///< of a tile in each look, premultiplied
+    std::vector<std::vector<glm::dvec4>> colors_of_pixels; ///< of the tile in each look, premultiplied
     PhongPoints points;
     PhongColors colors_of_points;
 };
@@ -120,11 +124,12 @@ private:
     }
 
     void prepare_fragments();
-    void store_fragments(std::size_t sample, const RayBatch& batch);
-    void store_openness(RayBatch batch, std::size_t ray_count);
-    void shade_hits(const Appearances& look, std::uint32_t sample, Workspace& workspace) const;
+    void find_hits(std::size_t first_sample, std::size_t sample_count, Workspace& workspace);
+    void add_colors(std::size_t sample_count, const Workspace& workspace, std::vector<glm::dvec4>& colors);
+    void store_openness(RayBatch batch);
+    void store_layers(Workspace& workspace);
+    void shade_hits(const Appearances& look, Workspace& workspace) const;
     glm::dvec4 color_of_ray(const Workspace& workspace, std::size_t ray) const;
-    void store_layers(std::size_t pixel, const Hit& hit, const Ray& ray);
     void store_color(Image& image, std::size_t pixel, const glm::dvec4& color);
 
     const SceneSnapshot& scene_;
@@ -150,72 +155,100 @@ private:
 
 void Renderer::render_tile(std::size_t tile, Workspace& workspace)
 {
-    RayBatch& batch = workspace.batch;
-    tiles_.get_pixels(tile, batch.pixels);
-    for (glm::ivec2& pixel : batch.pixels)
+    std::vector<glm::ivec2>& pixels = workspace.pixels;
+    tiles_.get_pixels(tile, pixels);
+    if (pixels.empty())
+        return;
+    for (glm::ivec2& pixel : pixels)
         pixel += window_.first;
-
-    // One batch of rays per sample; the first goes through the centres, and may be for the layers only.
-    const std::size_t ray_count = batch.pixels.size();
     workspace.colors_of_pixels.resize(looks_.size());
     for (std::vector<glm::dvec4>& colors : workspace.colors_of_pixels)
-        colors.assign(ray_count, glm::dvec4(0.0));
-    for (std::size_t number = 0; number < samples_.size(); ++number) {
-        const PixelSample& sample = samples_[number];
-        const bool for_layers = number == 0 && layers_.any_of_centers();
-        if (sample.weight == 0.0 && !for_layers)
-            continue;
-        batch.resize(ray_count);
-        for (std::size_t i = 0; i < ray_count; ++i) {
-            const glm::ivec2& pixel = batch.pixels[i];
-            batch.rays[i] = projection_.ray(glm::dvec2(pixel) + sample.position, lens_position(sample, pixel));
-        }
-        if (absorption_)
-            find_hits_through(batch, workspace.caster, *absorption_, opacities());
-        else
-            workspace.caster.cast(batch.rays, batch.hits);
+        colors.assign(pixels.size(), glm::dvec4(0.0));
 
-        if (for_layers) {
-            if (layers_.ambient_occlusion)
-                store_openness(batch, ray_count);
-            if (certifier_)
-                certifier_->certify(std::span(batch.rays).first(ray_count), batch.hits, workspace.proven);
-            for (std::size_t i = 0; certifier_ && i < ray_count; ++i)
-                images_[0]->certified[window_.number(batch.pixels[i])] =
-                    static_cast<std::uint32_t>(workspace.proven[i].status);
-            for (std::size_t i = 0; i < ray_count; ++i)
-                if (batch.hits[i])
-                    store_layers(window_.number(batch.pixels[i]), batch.hits[i], batch.rays[i]);
-        }
-        if (fragments_)
-            store_fragments(number, batch);
-        if (sample.weight == 0.0)
+    // The first sample goes through the centres, and may be for the layers only. The rays of other samples of a pixel
+    // are near to each other, and are traced together.
+    const std::size_t most = std::max<std::size_t>(1, rays_of_batch / pixels.size());
+    for (std::size_t first = 0, count = 1; first < samples_.size(); first += count) {
+        if (first > 0)
+            count = std::min(most, samples_.size() - first);
+        const bool for_layers = first == 0 && layers_.any_of_centers();
+        const bool for_color = samples_[first].weight != 0.0;
+        if (!for_layers && !for_color)
             continue;
-        for (std::size_t look = 0; look < looks_.size(); ++look) {
-            shade_hits(looks_[look], static_cast<std::uint32_t>(number), workspace);
-            std::vector<glm::dvec4>& colors = workspace.colors_of_pixels[look];
-            for (std::size_t i = 0; i < ray_count; ++i) {
-                if (!batch.hits[i])
-                    continue;
-                const glm::dvec4 color = color_of_ray(workspace, i);
-                colors[i] += sample.weight * color;
-                if (fragments_)
-                    fragments_->colors[fragment(number, batch.pixels[i])] = glm::dvec3(color);
-            }
+        find_hits(first, count, workspace);
+        if (for_layers)
+            store_layers(workspace);
+        for (std::size_t look = 0; for_color && look < looks_.size(); ++look) {
+            shade_hits(looks_[look], workspace);
+            add_colors(count, workspace, workspace.colors_of_pixels[look]);
         }
     }
 
     std::size_t covered_count = 0;
-    for (std::size_t look = 0; look < looks_.size(); ++look)
-        for (std::size_t i = 0; i < ray_count; ++i)
-            store_color(*images_[look], window_.number(batch.pixels[i]), workspace.colors_of_pixels[look][i]);
-    for (std::size_t i = 0; i < ray_count; ++i)
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+        for (std::size_t look = 0; look < looks_.size(); ++look)
+            store_color(*images_[look], window_.number(pixels[i]), workspace.colors_of_pixels[look][i]);
         covered_count += workspace.colors_of_pixels[0][i].a > 0.0;
+    }
     covered_count_ += covered_count;
 }
 
-/// The colours of all hits of a sample's batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
-void Renderer::shade_hits(const Appearances& look, std::uint32_t sample, Workspace& workspace) const
+/// The hits of some samples of a tile.
+void Renderer::find_hits(std::size_t first_sample, std::size_t sample_count, Workspace& workspace)
+{
+    RayBatch& batch = workspace.batch;
+    batch.begin(workspace.pixels, first_sample, sample_count);
+    for (std::size_t i = 0; i < batch.rays.size(); ++i) {
+        const glm::ivec2& pixel = batch.pixels[i];
+        const PixelSample& sample = samples_[batch.samples[i]];
+        batch.rays[i] = projection_.ray(glm::dvec2(pixel) + sample.position, lens_position(sample, pixel));
+    }
+    if (absorption_)
+        find_hits_through(batch, workspace.caster, *absorption_, opacities());
+    else
+        workspace.caster.cast(batch.rays, batch.hits);
+    for (std::size_t i = 0; fragments_ && i < batch.hits.size(); ++i)
+        fragments_->set_hit(fragment(batch.samples[i], batch.pixels[i]), batch.hits[i]);
+}
+
+/// Adds the colours of a batch to those of a tile's pixels.
+void Renderer::add_colors(std::size_t sample_count, const Workspace& workspace, std::vector<glm::dvec4>& colors)
+{
+    const RayBatch& batch = workspace.batch;
+    for (std::size_t i = 0; i < batch.pixels.size(); ++i) {
+        if (!batch.hits[i])
+            continue;
+        const glm::dvec4 color = color_of_ray(workspace, i);
+        colors[i / sample_count] += samples_[batch.samples[i]].weight * color;
+        if (fragments_)
+            fragments_->colors[fragment(batch.samples[i], batch.pixels[i])] = glm::dvec3(color);
+    }
+}
+
+/// The layers of a batch of one sample.
+void Renderer::store_layers(Workspace& workspace)
+{
+    const RayBatch& batch = workspace.batch;
+    const std::size_t ray_count = batch.pixels.size();
+    if (layers_.ambient_occlusion)
+        store_openness(batch);
+    if (certifier_)
+        certifier_->certify(std::span(batch.rays).first(ray_count), batch.hits, workspace.proven);
+    for (std::size_t i = 0; i < ray_count; ++i) {
+        const std::size_t pixel = window_.number(batch.pixels[i]);
+        if (certifier_)
+            images_[0]->certified[pixel] = static_cast<std::uint32_t>(workspace.proven[i].status);
+        const Hit& hit = batch.hits[i];
+        if (!hit)
+            continue;
+        const Appearance& appearance = looks_[0].of(hit.geometry_id);
+        const SurfacePoint point = point_of(hit, batch.rays[i], layers_.curvature || appearance.needs_curvature);
+        set_layers(*images_[0], pixel, layers_, hit, point, appearance.shading, position_origin_);
+    }
+}
+
+/// The colours of all hits of a batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
+void Renderer::shade_hits(const Appearances& look, Workspace& workspace) const
 {
     RayBatch& batch = workspace.batch;
     const auto shading_at = [&](const Hit& hit, const Ray& ray) {
@@ -223,7 +256,7 @@ void Renderer::shade_hits(const Appearances& look, std::uint32_t sample, Workspa
         return std::pair(&look.of(hit.geometry_id).shading, normal);
     };
     const Visibility visibility = look.needs_visibility()
-                                      ? Visibility(scene_, batch, shading_at, absorption_, sample, shadow_rays_, step_)
+                                      ? Visibility(scene_, batch, shading_at, absorption_, shadow_rays_, step_)
                                       : Visibility();
     workspace.colors_of_hits.resize(batch.hits.size());
     const Phong* model = nullptr;
@@ -286,47 +319,18 @@ void Renderer::prepare_fragments()
     *fragments_ = Fragments(samples_, images_[0]->pixel_count());
 }
 
-void Renderer::store_fragments(std::size_t sample, const RayBatch& batch)
+/// The openness to the sky of the first hits of a batch of one sample.
+void Renderer::store_openness(RayBatch batch)
 {
-    for (std::size_t i = 0; i < batch.hits.size(); ++i)
-        fragments_->set_hit(fragment(sample, batch.pixels[i]), batch.hits[i]);
-}
-
-/// The openness to the sky of the first hits of a batch, one per ray.
-void Renderer::store_openness(RayBatch batch, std::size_t ray_count)
-{
-    batch.resize(ray_count);
+    batch.drop_behind();
     AmbientOcclusion openness;
     openness.samples = layers_.ambient_occlusion_samples;
     const Shading shading = openness;
     const Visibility sky(
-        scene_, batch, [&](const Hit& hit, const Ray&) { return std::pair(&shading, hit.normal); }, absorption_, 0);
-    for (std::size_t i = 0; i < ray_count; ++i)
+        scene_, batch, [&](const Hit& hit, const Ray&) { return std::pair(&shading, hit.normal); }, absorption_);
+    for (std::size_t i = 0; i < batch.hits.size(); ++i)
         if (batch.hits[i])
             images_[0]->ambient_occlusion[window_.number(batch.pixels[i])] = static_cast<float>(sky.openness(i));
-}
-
-void Renderer::store_layers(std::size_t pixel, const Hit& hit, const Ray& ray)
-{
-    Image& image = *images_[0];
-    const Appearance& appearance = looks_[0].of(hit.geometry_id);
-    const SurfacePoint point = point_of(hit, ray, layers_.curvature || appearance.needs_curvature);
-    if (layers_.depth)
-        image.depth[pixel] = static_cast<float>(point.depth);
-    if (layers_.position)
-        image.position[pixel] = glm::vec3(point.position - position_origin_);
-    if (layers_.normal)
-        image.normal[pixel] = glm::vec3(point.normal);
-    if (layers_.albedo)
-        image.albedo[pixel] = glm::vec3(albedo(appearance.shading, point));
-    if (layers_.gradient_magnitude)
-        image.gradient_magnitude[pixel] = static_cast<float>(hit.gradient_magnitude);
-    if (layers_.curvature)
-        image.curvature[pixel] = glm::vec2(point.curvature.mean, point.curvature.gaussian);
-    if (layers_.geometry_ids)
-        image.geometry_ids[pixel] = hit.geometry_id;
-    if (layers_.primitive_ids)
-        image.primitive_ids[pixel] = hit.primitive_id;
 }
 
 void Renderer::store_color(Image& image, std::size_t pixel, const glm::dvec4& color)

@@ -92,6 +92,10 @@ std::uint64_t settling_gain(const RenderOptions& options, std::span<const Look> 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers = {},
                   ColorEncoding encoding = ColorEncoding::linear);
 
+/// Sets those layers of a pixel that depend on its hit alone.
+void set_layers(Image& image, std::size_t pixel, const Layers& layers, const Hit& hit, const SurfacePoint& point,
+                const Shading& shading, const glm::dvec3& position_origin);
+
 /// Renders a snapshot of a scene in parallel tiles; the image is the same for any number of threads, bit for
 /// bit.
 ///

@@ -277,7 +277,7 @@ bool Visibility::is_needed_by(const Shading& shading)
 }
 
 Visibility::Visibility(const SceneSnapshot& scene, RayBatch& batch, const ShadingAt& shading_at,
-                       const std::optional<Absorption>& absorption, std::uint32_t sample, ShadowRays kind, int step)
+                       const std::optional<Absorption>& absorption, ShadowRays kind, int step)
     : to_lights_(batch.hits.size()), from_sky_(batch.hits.size())
 {
     const bool all_opaque = batch.weights.empty();
@@ -307,7 +307,7 @@ Visibility::Visibility(const SceneSnapshot& scene, RayBatch& batch, const Shadin
         if (along.surfaces.empty())
             continue;
         along.to_viewer = -glm::normalize(batch.rays[ray].direction);
-        along.shifts = shifts_of(batch.pixels[ray] / step, sample);
+        along.shifts = shifts_of(batch.pixels[ray] / step, batch.samples[ray]);
         std::size_t group = 0;
         for (std::size_t number = 0; number < most_lights; ++number)
             group += add_rays_to_light(

@@ -30,12 +30,11 @@ public:
     /// The model of a hit, with its lights, and the normal with which it shades.
     using ShadingAt = std::function<std::pair<const Shading*, glm::dvec3>(const Hit&, const Ray&)>;
 
-    /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out, and so is light that does not
-    /// reach the shaded side. `absorption` is nothing if all surfaces are opaque. The directions of pixels differ over
-    /// blocks of 4 x 4 pixels, of which each is `step` pixels from the next.
+    /// Casts shadow rays from all hits of a batch; misses are left out, and so is light that does not reach the shaded
+    /// side. `absorption` is nothing if all surfaces are opaque. The directions of pixels differ over blocks of 4 x 4
+    /// pixels, of which each is `step` pixels from the next.
     Visibility(const SceneSnapshot& scene, RayBatch& batch, const ShadingAt& shading_at,
-               const std::optional<Absorption>& absorption, std::uint32_t sample,
-               ShadowRays kind = ShadowRays::by_weight, int step = 1);
+               const std::optional<Absorption>& absorption, ShadowRays kind = ShadowRays::by_weight, int step = 1);
     /// All lights and the sky are visible.
     Visibility() = default;
 

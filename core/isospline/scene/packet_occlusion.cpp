@@ -96,34 +96,9 @@ void PacketOcclusion::list(int lane, const RawCrossing& crossing)
 {
     std::vector<RawCrossing>& listed = all->of_ray[lane];
     if (absorption == nullptr)
-        return listed.push_back(crossing);
-    // Rounding leaves the order of crossings open that are this near to each other.
-    const RayLimits limits = prepared.limits[lane];
-    const auto first_t = [&](const RawCrossing& of) {
-        const auto* const triangle = std::get_if<TriangleHit>(&of.found);
-        return triangle ? limits.moved_t(of.t() - 8.0 * triangle->t_error) : of.t();
-    };
-    const auto last_t = [&](const RawCrossing& of) {
-        const auto* const triangle = std::get_if<TriangleHit>(&of.found);
-        return last_equal_t(triangle ? limits.moved_t(of.t() + 8.0 * triangle->t_error) : of.t(), limits);
-    };
-    if (depths.is_largest(lane) && first_t(crossing) > t_limit[lane])
-        return;
-    listed.push_back(crossing);
-    const Absorption::Depth added = depth_of(crossing);
-    if (!depths.add(lane, added) || added == 0)
-        return;
-
-    // The limit is where the crossings found so far reach the depth, and decreases as more are found.
-    std::sort(listed.begin(), listed.end(),
-              [&](const RawCrossing& a, const RawCrossing& b) { return last_t(a) < last_t(b); });
-    Absorption::Depth sum = 0;
-    auto end = listed.begin();
-    while (sum < depths.largest[lane])
-        sum += depth_of(*end++);
-    t_limit[lane] = last_t(*std::prev(end));
-    std::erase_if(listed, [&](const RawCrossing& of) { return first_t(of) > t_limit[lane]; });
-    has_lowered_ = true;
+        listed.push_back(crossing);
+    else if (add_visible(crossing, *absorption, prepared.limits[lane], lane, depths, listed, t_limit[lane]))
+        has_lowered_ = true;
 }
 
 void PacketOcclusion::end_rays(LaneMask lanes, float* t_far) const

@@ -30,10 +30,8 @@ struct PacketOcclusion : PacketQuery {
         occluded = undecided = waiting_.lanes = 0;
         depths.begin(Absorption::darkness);
         capped_.clear();
-        for (int lane = 0; all != nullptr && lane < PreparedPacket::capacity; ++lane) {
-            all->of_ray[lane].clear();
-            all->chords_of_ray[lane].clear();
-        }
+        if (all != nullptr)
+            all->clear();
     }
 
     /// Enters an isosurface, as PacketQuery does, and solves the cells in which rays begin.
@@ -75,10 +73,6 @@ private:
     bool solve(const CandidateCells& cells);
     void absorb(int lane, Absorption::Depth added);
     void list(int lane, const RawCrossing& crossing);
-    Absorption::Depth depth_of(const RawCrossing& crossing) const
-    {
-        return absorption->depth(crossing.slot).value_or(0);
-    }
     void list_chords();
 
     const IsosurfaceObject* object_ = nullptr; ///< that rays are in

@@ -52,6 +52,26 @@ void PacketStream::sum_depths(const Absorption& absorption, std::span<PacketDept
     trace({.context = this, .next = &next_ray, .record = nullptr, .count = count});
 }
 
+void PacketStream::list(const Absorption* absorption, std::span<PacketCrossings> crossings)
+{
+    absorption_ = absorption;
+    crossings_ = crossings;
+    for (PacketCrossings& of_packet : crossings)
+        of_packet.crossings.clear();
+    const auto list = [](void* self, int lane, const CrossingInCell& crossing, double t_begin, const glm::ivec3& cell) {
+        return static_cast<PacketStream*>(self)->add_crossing(lane, crossing, t_begin, cell);
+    };
+    trace({.context = this, .next = &next_ray, .record = nullptr, .list = list});
+}
+
+double PacketStream::add_crossing(int lane, const CrossingInCell& crossing, double t_begin, const glm::ivec3& cell)
+{
+    const Place& place = places_[lane];
+    PacketCrossings& of_packet = crossings_[place.packet];
+    of_packet.add(place.lane, {crossing, t_begin, slot_, object_->primitive_id(cell)}, absorption_);
+    return of_packet.t_limit[place.lane];
+}
+
 bool PacketStream::add_depth(int lane, int crossings)
 {
     const Place& place = places_[lane];
@@ -89,16 +109,28 @@ bool PacketStream::prepare_next_packet()
     if (rest_ == 0)
         return true;
     to_lattice(prepared_, instance_->placement.centred_to_local, object_->cell_shape(), local_);
-    if (!hits_.empty()) {
-        PacketHits& hits = hits_[begun_ - 1];
-        if (is_first_)
-            hits.begin(local_.t_far);
-        else
-            std::transform(local_.t_far, local_.t_far + packet_capacity, hits.t_limit, local_.t_far,
-                           [](double far, double limit) { return std::min(far, limit); });
-    }
+    if (is_first_)
+        begin(begun_ - 1);
+    else if (double* const limits = limits_of(begun_ - 1); limits != nullptr)
+        std::transform(local_.t_far, local_.t_far + packet_capacity, limits, local_.t_far,
+                       [](double far, double limit) { return std::min(far, limit); });
     rest_ = object_->clip_rays(local_, rest_);
     return true;
+}
+
+void PacketStream::begin(std::size_t packet)
+{
+    if (!hits_.empty())
+        hits_[packet].begin(local_.t_far);
+    if (!crossings_.empty())
+        crossings_[packet].begin(local_);
+}
+
+double* PacketStream::limits_of(std::size_t packet) const
+{
+    if (!hits_.empty())
+        return hits_[packet].t_limit;
+    return crossings_.empty() ? nullptr : crossings_[packet].t_limit;
 }
 
 double PacketStream::record(int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell)

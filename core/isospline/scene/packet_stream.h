@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/scene/absorption.h"
+#include "isospline/scene/raw_crossings.h"
 #include "isospline/scene/ray_query.h"
 #include "isospline/scene/scene_snapshot_impl.h"
 #include "isospline/trace/ray_stream.h"
@@ -26,6 +27,8 @@ public:
     /// Adds the depths of all crossings, each of the same depth at an instance. The rays that hit are those that reach
     /// the largest depth.
     void sum_depths(const Absorption& absorption, std::span<PacketDepths> depths);
+    /// Lists all crossings, or with an absorption those that are seen.
+    void list(const Absorption* absorption, std::span<PacketCrossings> crossings);
 
 private:
     static bool next_ray(void* self, int lane, LatticeRayPacket& rays)
@@ -35,6 +38,10 @@ private:
     bool next(int lane, LatticeRayPacket& rays);
     double record(int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
     bool add_depth(int lane, int crossings);
+    double add_crossing(int lane, const CrossingInCell& crossing, double t_begin, const glm::ivec3& cell);
+    /// The ends of the rays of a packet, which hits and crossings bring nearer; null if it has none.
+    double* limits_of(std::size_t packet) const;
+    void begin(std::size_t packet);
     void set_found(int lane) { found_[places_[lane].packet] |= LaneMask{1} << places_[lane].lane; }
     bool prepare_next_packet();
     /// Traces the rays at one instance after the other.
@@ -51,7 +58,8 @@ private:
     std::span<const RayPacket> packets_;
     const std::size_t first_index_;
     std::span<LaneMask> found_;
-    std::span<PacketHits> hits_; ///< empty for occlusions
+    std::span<PacketHits> hits_; ///< empty unless first hits are found
+    std::span<PacketCrossings> crossings_;
     std::span<PacketDepths> depths_;
     const Absorption* absorption_ = nullptr;
     std::uint32_t slot_ = 0; ///< of the instance

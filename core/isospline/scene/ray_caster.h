@@ -72,13 +72,9 @@ public:
     void attenuate(std::span<const RayPacket> packets, std::size_t index, const Absorption& absorption,
                    std::span<double> transmitted, std::span<const double> thresholds = {});
 
-    /// Appends the crossings of each ray of a packet, as list_intersections() of the snapshot does. For coherent rays
+    /// Appends the crossings of each ray, as list_intersections() of the snapshot does. For coherent rays
     /// alone. Throws like cast(). With an absorption, crossings behind which less than Absorption::least_visible of the
     /// light is left may be left out.
-    void list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
-              std::span<std::uint32_t> counts, const Absorption* absorption = nullptr);
-
-    /// The same for any number of rays.
     void list(std::span<const Ray> rays, std::vector<Crossing>& crossings, std::span<std::uint32_t> counts,
               const Absorption* absorption = nullptr);
 

@@ -129,13 +129,13 @@ struct RayCaster::Impl {
     /// The largest number of rays in a packet.
     int width() const { return packet_size == 0 ? RayPacket::capacity : packet_size; }
     /// Whether there is a stream, and it is the fastest way for packets. The rays meet what SeenBy::* says, and
-    /// `sums_depths` tells that all that they cross counts.
+    /// `meets_all` tells that all that they cross counts.
     bool prefers_stream(const Traversal& traversal, bool SeenBy::*meets, std::span<const RayPacket> packets,
-                        bool sums_depths = false) const
+                        bool meets_all = false) const
     {
         const Met& met = traversal.met;
         return !met.streams.empty() &&
-               (packet_size == 0 || !scene.coherence(meets).suit_packets(packets, met.others != nullptr, sums_depths));
+               (packet_size == 0 || !scene.coherence(meets).suit_packets(packets, met.others != nullptr, meets_all));
     }
     void cast_stream(std::span<const RayPacket> packets, std::size_t index, std::span<Hit> hits,
                      std::span<LaneMask> hit_lanes);
@@ -182,9 +182,18 @@ struct RayCaster::Impl {
     template <int Size>
     void list_packet(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
                      std::span<std::uint32_t> counts, const Absorption* absorption);
-    /// Finds the crossings of a packet that are seen, as find_occlusions() finds all.
     template <int Size>
-    LaneMask find_visible(const RayPacket& rays, std::size_t index, const Absorption& absorption);
+    void list_stream(std::span<const RayPacket> packets, std::size_t index, std::vector<Crossing>& crossings,
+                     std::span<std::uint32_t> counts, const Absorption* absorption);
+    /// Sets `all` to the crossings of a packet, or with an absorption to those that are seen; returns the rays that do
+    /// not miss the scene's box, for which alone it is set.
+    template <int Size>
+    LaneMask find_crossings(const Traversal& traversal, const RayPacket& rays, std::size_t index,
+                            const Absorption* absorption);
+    /// Appends the lists of a packet's rays, of those that are `used` from what was found.
+    void append_lists(const RayPacket& rays, std::size_t index, LaneMask used, const RayLimitsPacket& limits,
+                      RawCrossings& found, std::vector<Crossing>& crossings, std::span<std::uint32_t> counts,
+                      const Absorption* absorption) const;
 
     /// Lists the crossings of one ray.
     void list_single(bool SeenBy::*meets, const Ray& ray, std::size_t index,
@@ -202,6 +211,7 @@ struct RayCaster::Impl {
     PreparedPacket prepared;
     LatticeRayPacket local;              ///< in the space of the only instance
     std::vector<PacketHits> stream_hits; ///< of the packets of a stream
+    std::vector<PacketCrossings> stream_crossings;
     MeshHits mesh_hits[packet_capacity]; ///< of one of them
     std::optional<PacketQuery> packet_query;
     std::optional<PacketOcclusion> packet_occlusion;
@@ -223,6 +233,26 @@ LaneMask RayCaster::Impl::begin(const Traversal& traversal, const RayPacket& ray
     } else {
         set_rays<Size>(packet.prepared, ready);
     }
+    return used;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::find_occlusions(const Traversal& traversal, const RayPacket& rays, std::size_t index,
+                                          const Absorption* absorption, std::span<const double> thresholds,
+                                          RawCrossings* crossings)
+{
+    PacketOcclusion& packet = occlusion();
+    packet.absorption = absorption;
+    packet.all = crossings;
+    alignas(64) RTCRayNt<Size> ready;
+    const LaneMask used = begin<Size>(traversal, rays, index, packet, ready);
+    if (used == 0)
+        return 0;
+    packet.depths.begin(thresholds);
+    const ValidLanes<Size> valid(used);
+    embree::occluded<Size>(traversal.scene, packet, valid.flags, ready);
+    packet.rethrow();
+    packet.finish();
     return used;
 }
 

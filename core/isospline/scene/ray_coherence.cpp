@@ -29,9 +29,10 @@ constexpr std::size_t most_groups = 16;
 constexpr double tight_spread = 10.0;
 /// With a stream in place of Embree, single rays are faster: a packet breaks even with them at about this spread.
 constexpr double stream_spread = 5.0;
-/// The same where all that rays cross counts, and packets solve the cells of a leaf for several of them.
+/// The same where all that rays cross counts, and packets solve the cells of a leaf for several of them. Objects
+/// without a stream are met in packets, too.
 constexpr double depths_spread = 7.0;
-/// The same where rays also meet objects without a stream, one by one in Embree.
+/// The same where first hits are also those of objects without a stream, one by one in Embree.
 constexpr double mixed_spread = 20.0;
 /// Rays of a group within so many cells are those of a row of a picture, and tight once they are sorted.
 constexpr double near_spread = 20.0;
@@ -107,9 +108,9 @@ std::optional<RayCoherence::Spread> RayCoherence::spread(std::size_t count, cons
     return Spread{of_entries, std::max(of_entries, glm::length(exits.size()) / cell_), rays};
 }
 
-bool RayCoherence::suit_packets(std::span<const RayPacket> packets, bool meets_others, bool sums_depths) const
+bool RayCoherence::suit_packets(std::span<const RayPacket> packets, bool meets_others, bool meets_all) const
 {
-    const double limit = meets_others ? mixed_spread : sums_depths ? depths_spread : stream_spread;
+    const double limit = meets_all ? depths_spread : meets_others ? mixed_spread : stream_spread;
     for (const RayPacket& rays : packets) {
         if (rays.count < 2)
             continue;

@@ -36,9 +36,9 @@ public:
     Closeness closeness(std::size_t count, const RayAt& ray_at) const;
 
     /// Whether packets are faster than a stream of their rays, for a scene that can trace both. `meets_others` tells
-    /// that the rays also meet what traces none in a stream, `sums_depths` that all that they cross counts. It looks at
+    /// that the rays also meet what traces none in a stream, `meets_all` that all that they cross counts. It looks at
     /// the first packet that meets the box.
-    bool suit_packets(std::span<const RayPacket> packets, bool meets_others, bool sums_depths) const;
+    bool suit_packets(std::span<const RayPacket> packets, bool meets_others, bool meets_all) const;
 
     /// The places of the rays, in an order in which rays that follow each other have about the same direction and begin
     /// at about the same place, and so meet what the last ones have left in caches.

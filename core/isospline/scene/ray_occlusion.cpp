@@ -52,26 +52,6 @@ LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
 }
 
 template <int Size>
-LaneMask RayCaster::Impl::find_occlusions(const Traversal& traversal, const RayPacket& rays, std::size_t index,
-                                          const Absorption* absorption, std::span<const double> thresholds,
-                                          RawCrossings* crossings)
-{
-    PacketOcclusion& packet = occlusion();
-    packet.absorption = absorption;
-    packet.all = crossings;
-    alignas(64) RTCRayNt<Size> ready;
-    const LaneMask used = begin<Size>(traversal, rays, index, packet, ready);
-    if (used == 0)
-        return 0;
-    packet.depths.begin(thresholds);
-    const ValidLanes<Size> valid(used);
-    embree::occluded<Size>(traversal.scene, packet, valid.flags, ready);
-    packet.rethrow();
-    packet.finish();
-    return used;
-}
-
-template <int Size>
 LaneMask RayCaster::Impl::find_depths(const Traversal& traversal, const RayPacket& rays, std::size_t index,
                                       const Absorption& absorption, std::span<const double> thresholds)
 {
@@ -152,15 +132,6 @@ void RayCaster::Impl::attenuate_stream(std::span<const RayPacket> packets, std::
     }
 }
 
-void RayCaster::Impl::list_single(bool SeenBy::*meets, const Ray& ray, std::size_t index,
-                                  std::vector<ListedCrossing>& crossings) const
-{
-    RayQuery of_all(scene.instances);
-    std::vector<RawCrossing> raw;
-    of_all.all = &raw;
-    scene.list(meets, ray, index, of_all, crossings);
-}
-
 Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const
 {
     std::vector<ListedCrossing> crossings;
@@ -169,46 +140,6 @@ Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t inde
     for (const ListedCrossing& listed : crossings)
         depth = std::min(depth + absorption.depth(listed.crossing.hit, ray), Absorption::darkness);
     return depth;
-}
-
-template <int Size>
-LaneMask RayCaster::Impl::find_visible(const RayPacket& rays, std::size_t index, const Absorption& absorption)
-{
-    PacketOcclusion& packet = occlusion();
-    packet.absorption = &absorption;
-    packet.all = &all;
-    alignas(64) RTCRayHitNt<Size> ready;
-    const LaneMask used = begin<Size>(seen, rays, index, packet, ready);
-    if (used == 0)
-        return 0;
-    packet.depths.begin(Absorption::invisibility);
-    const ValidLanes<Size> valid(used);
-    embree::intersect_coherent(seen.scene, packet, valid.flags, ready);
-    packet.rethrow();
-    packet.finish();
-    return used;
-}
-
-template <int Size>
-void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
-                                  std::span<std::uint32_t> counts, const Absorption* absorption)
-{
-    const LaneMask used = absorption != nullptr ? find_visible<Size>(rays, index, *absorption)
-                                                : find_occlusions<Size>(seen, rays, index, nullptr, {}, &all);
-    // Where a surface's crossings decide on its caps, they are needed even if they are not seen.
-    const auto is_certain = [](const ChordOfInstance& of) { return of.chord.certain_ends(*of.surface).has_value(); };
-    std::vector<ListedCrossing> of_ray;
-    for (int lane = 0; lane < rays.count; ++lane) {
-        of_ray.clear();
-        const std::vector<ChordOfInstance>& chords = all.chords_of_ray[lane];
-        const Ray ray = rays.ray(lane);
-        const bool is_used = (used >> lane & 1u) != 0;
-        if (is_used && absorption != nullptr && !std::ranges::all_of(chords, is_certain))
-            list_single(sees, ray, index + static_cast<std::size_t>(lane), of_ray);
-        else if (is_used)
-            scene.list(ray, packet_occlusion->prepared[lane], all.of_ray[lane], chords, of_ray);
-        append_list(of_ray, crossings, counts[static_cast<std::size_t>(lane)]);
-    }
 }
 
 LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
@@ -271,25 +202,6 @@ void RayCaster::attenuate(std::span<const RayPacket> packets, std::size_t index,
                                           items_of(thresholds, first, of_packet));
             first += of_packet;
         }
-    });
-}
-
-void RayCaster::list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
-                     std::span<std::uint32_t> counts, const Absorption* absorption)
-{
-    impl_->check_coherent();
-    check_packet(rays, width(), counts.size());
-    impl_->settling_gain += static_cast<std::uint64_t>(rays.count) * SettlingGain::of_ray_through_all;
-    dispatch_packet_size(impl_->packet_size,
-                         [&](auto size) { impl_->list_packet<size>(rays, index, crossings, counts, absorption); });
-}
-
-void RayCaster::list(std::span<const Ray> rays, std::vector<Crossing>& crossings, std::span<std::uint32_t> counts,
-                     const Absorption* absorption)
-{
-    check_one_per_ray("counts", rays.size(), counts.size());
-    for_each_packet(rays, width(), [&](const RayPacket& packet, std::size_t first) {
-        list(packet, first, crossings, counts.subspan(first), absorption);
     });
 }
 

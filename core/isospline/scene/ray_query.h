@@ -11,6 +11,7 @@
 #include "isospline/scene/instance.h"
 #include "isospline/scene/nearest_hits.h"
 #include "isospline/scene/object.h"
+#include "isospline/scene/raw_crossings.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
 #include "isospline/trace/prepared_ray.h"
@@ -42,40 +43,6 @@ inline TriangleRay ray_in_mesh(const Ray& ray_world, const Placement& placement)
 
 /// Instances by slot, the number that Embree reports, in the order of their geometry ids.
 using Instances = std::span<const std::shared_ptr<const Instance>>;
-
-/// A crossing with a cell or a triangle.
-struct RawCrossing {
-    double t() const
-    {
-        const auto* const in_cell = std::get_if<CrossingInCell>(&found);
-        return in_cell != nullptr ? in_cell->root.t : std::get<TriangleHit>(found).t;
-    }
-
-    std::variant<CrossingInCell, TriangleHit> found;
-    double t_begin; ///< begin of the cell's segment, which orders crossings at the same t; for a mesh, t
-    std::uint32_t slot;
-    std::uint64_t primitive;
-};
-
-/// The part of a ray that the clip of a capped isosurface keeps, for lists of crossings.
-struct ChordOfInstance {
-    CappedChord chord;
-    const IsosurfaceSnapshot* surface;
-    std::uint32_t slot;
-};
-
-/// All crossings of the rays of a packet, in no order, and the chords of capped surfaces.
-struct RawCrossings {
-    std::vector<RawCrossing> of_ray[PreparedPacket::capacity];
-    std::vector<ChordOfInstance> chords_of_ray[PreparedPacket::capacity];
-};
-
-/// Adds the chord of an instance to a list in which it is once.
-inline void add_chord(const ChordOfInstance& chord, std::vector<ChordOfInstance>& chords)
-{
-    if (std::none_of(chords.begin(), chords.end(), [&](const auto& listed) { return listed.slot == chord.slot; }))
-        chords.push_back(chord);
-}
 
 /// The common part of queries of one ray and of a packet: the first exception of a callback. It must not cross Embree's
 /// frames.

@@ -2,7 +2,7 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/math/point_triangle.h"
-#include "isospline/query/contains.h"
+#include "isospline/query/solid.h"
 #include "isospline/scene/scene_snapshot_impl.h"
 
 #include <glm/geometric.hpp>

@@ -66,10 +66,10 @@ struct SceneSnapshot::Impl {
     void list(bool SeenBy::*sees, const Ray& ray, std::size_t index, RayQuery& query,
               std::vector<ListedCrossing>& crossings) const;
     /// The list of crossings in the order in which the ray meets them, from those in no order.
-    void list(const Ray& ray, const PreparedRay& prepared, std::vector<RawCrossing>& raw,
+    void list(const Ray& ray, const RayLimits& limits, std::vector<RawCrossing>& raw,
               const std::vector<ChordOfInstance>& chords, std::vector<ListedCrossing>& crossings) const;
     /// Adds crossings with the caps of an instance to its other crossings, which are sorted.
-    void add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
+    void add_caps(const ChordOfInstance& of_instance, const Ray& ray, const RayLimits& limits,
                   std::vector<ListedCrossing>& crossings) const;
 
     std::vector<std::shared_ptr<const Instance>> instances; ///< by slot, in the order of their ids

@@ -122,7 +122,7 @@ CapBoxes cap_boxes(const IsosurfaceSnapshot& surface)
         const Box cells = box_of(brick);
         for (std::size_t i = 0; i < planes.all().size(); ++i) {
             const HalfSpace& plane = planes.all()[i];
-            if (!planes.has_caps(i) || is_outside(cells, plane) || is_inside(cells, plane))
+            if (!planes.caps_have_area(i) || is_outside(cells, plane) || is_inside(cells, plane))
                 continue;
             Box box = cells;
             narrow(box, {-plane.normal, -plane.offset});

@@ -163,7 +163,7 @@ private:
         std::size_t size = stack.size;
         push_children(walk, tree_.nodes[walk.next], size);
         // Where crossings count in any order, an order costs more than it saves.
-        if (stream_.record != nullptr && size > stack.size + 2)
+        if ((stream_.record != nullptr || stream_.list != nullptr) && size > stack.size + 2)
             sort(stack, stack.size, size);
         // The nearer one of the two on top is next. One of them may be older, and the order does not change the result.
         const std::size_t nearer = size - 1 - (stack.t[size - 2] < stack.t[size - 1]);
@@ -271,6 +271,8 @@ private:
         }
         if (stream_.record != nullptr)
             record_roots();
+        else if (stream_.list != nullptr)
+            list_roots();
         else if (stream_.occlude != nullptr)
             end_occluded();
         else
@@ -294,6 +296,20 @@ private:
             t_limit_[lane] =
                 stream_.record(stream_.context, lane, rays_.limits[lane], roots.root(lane), cells_.lower_of(lane));
             end_at(walks_[lane], end_single(t_limit_[lane]));
+        }
+    }
+
+    HWY_INLINE void list_roots()
+    {
+        const auto list = [](void* self, int lane, const CrossingInCell& crossing, double t_begin) {
+            auto& of = *static_cast<StreamTracer*>(self);
+            of.t_limit_[lane] = of.stream_.list(of.stream_.context, lane, crossing, t_begin, of.cells_.lower_of(lane));
+        };
+        intersector_.visit_roots(cells_, leaves_.threshold(), rays_, {list, this});
+        for (LaneMask rest = cells_.lanes; rest != 0; rest &= rest - 1u) {
+            const int lane = lowest_lane(rest);
+            if (const float t_end = end_single(t_limit_[lane]); t_end < walks_[lane].t_end)
+                end_at(walks_[lane], t_end);
         }
     }
 

@@ -17,6 +17,10 @@ struct RayStream {
     bool (*next)(void* context, int lane, LatticeRayPacket& rays);
     /// Takes the first crossing in a cell. Returns the t beyond which no crossing of the ray counts any more.
     double (*record)(void* context, int lane, const RayLimits& limits, const RootInCell& root, const glm::ivec3& cell);
+    /// If given in place of record(), gets all crossings, with the t at which the ray enters the cell, and returns the
+    /// same.
+    double (*list)(void* context, int lane, const CrossingInCell& crossing, double t_begin,
+                   const glm::ivec3& cell) = nullptr;
     /// If given in place of record(), any crossing ends a ray.
     void (*occlude)(void* context, int lane) = nullptr;
     /// If given in place of record(), gets the number of crossings in each cell, in any order. Returns whether the ray

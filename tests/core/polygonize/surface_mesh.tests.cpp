@@ -3,7 +3,7 @@
 #include "volumes.h"
 
 #include "isospline/polygonize/surface_mesh.h"
-#include "isospline/query/contains.h"
+#include "isospline/query/solid.h"
 
 #include <glm/geometric.hpp>
 

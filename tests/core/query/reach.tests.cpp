@@ -2,8 +2,8 @@
 #include "volumes.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/query/contains.h"
 #include "isospline/query/reach.h"
+#include "isospline/query/solid.h"
 
 #include <glm/geometric.hpp>
 

@@ -5,6 +5,7 @@
 #include "volumes.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/scene/absorption.h"
 #include "isospline/scene/leaf_tree_builder.h"
 #include "isospline/scene/ray_caster.h"
 #include "isospline/scene/scene.h"
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -128,6 +130,30 @@ bool is_same(const Hit& a, const Hit& b)
            a.primitive_id == b.primitive_id && a.uv == b.uv;
 }
 
+bool is_equal_crossing(const Crossing& a, const Crossing& b)
+{
+    return is_same(a.hit, b.hit) && a.entering == b.entering;
+}
+
+/// Whether lists of all crossings, or of those that are seen, are the same in a stream and in packets, bit for bit.
+void require_lists_of_packets(const Snapshots& snapshots, const std::vector<Ray>& rays, bool of_seen)
+{
+    const auto opacity = [](std::uint32_t id) { return id == 3 ? std::nullopt : std::optional(0.4 + 0.2 * (id % 4)); };
+    const auto opacity_of = [](const Hit&, const Ray&) { return 0.5; };
+    const auto list = [&](const SceneSnapshot& scene, std::vector<std::uint32_t>& counts) {
+        const Absorption absorption(scene, opacity, opacity_of);
+        std::vector<Crossing> crossings;
+        counts.resize(rays.size());
+        RayCaster(scene, RayCaster::Rays::coherent).list(rays, crossings, counts, of_seen ? &absorption : nullptr);
+        return crossings;
+    };
+    std::vector<std::uint32_t> counts, counts_of_packets;
+    const std::vector<Crossing> stream = list(*snapshots.settled, counts);
+    const std::vector<Crossing> packets = list(*snapshots.draft, counts_of_packets);
+    REQUIRE(counts == counts_of_packets);
+    REQUIRE(std::equal(stream.begin(), stream.end(), packets.begin(), packets.end(), is_equal_crossing));
+}
+
 /// Whether rays one by one and in packets have the same answers, bit for bit. Returns the number of hits.
 std::size_t require_as_packets(const Snapshots& snapshots, const std::vector<Ray>& rays)
 {
@@ -139,6 +165,8 @@ std::size_t require_as_packets(const Snapshots& snapshots, const std::vector<Ray
     std::vector<std::uint8_t> occluded(rays.size()), occluded_packets(rays.size());
     scene.test_occlusions(rays, occluded, false);
     scene.test_occlusions(rays, occluded_packets, true);
+    for (const bool of_seen : {false, true})
+        require_lists_of_packets(snapshots, rays, of_seen);
     std::size_t differ = 0, hits = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         differ += !is_same(stream[i], packets[i]) || !is_same(coherent[i], packets[i]) ||

@@ -2,7 +2,7 @@
 #include "volumes.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/query/contains.h"
+#include "isospline/query/solid.h"
 #include "isospline/trace/cap.h"
 
 #include <glm/common.hpp>

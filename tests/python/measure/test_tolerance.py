@@ -183,6 +183,16 @@ def test_progress_and_cancelling():
             surface.area(tolerance=1e-4, progress=lambda done, limit=limit: done < limit)
 
 
+def test_tolerances_that_no_error_reaches_are_none():
+    field = np.sqrt(sum(grid**2 for grid in np.mgrid[-8:9, -8:9, -8:9]))
+    ball = isospline.Isosurface(isospline.Volume(field), 5.0, inside="below")
+    for measure in (ball.enclosed_volume, ball.area):
+        huge, known = measure(tolerance=1e308), measure()
+        assert math.isfinite(huge.error) and abs(huge - known) <= huge.error + known.error
+        with pytest.raises(ValueError, match="tolerance: expected a positive number that is finite, got inf"):
+            measure(tolerance=math.inf)
+
+
 def test_bad_input():
     surface = isospline.Isosurface(rough(2, 8), 0.4)
     for tolerance in (0, -1e-3, math.nan):

@@ -352,3 +352,15 @@ def test_names_of_files_are_checked_before_the_work(ball, tmp_path):
     with pytest.raises(ValueError, match="expected a mesh with faces, got none"):
         empty.write(tmp_path / "empty.stl")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("tolerance", [None, 0.1])
+def test_vertices_without_a_gradient_have_the_normals_of_their_faces(tolerance):
+    samples = np.full((6, 6, 6), -1.0)
+    samples[2:4, 2:4, 2:4] = 0.0
+    for level in (0.0, -1e-6):  # of a cube of zeros, and of one that is a bit larger
+        surface = isospline.Isosurface(isospline.Volume(samples, degree=1), level)
+        mesh = surface.to_mesh() if tolerance is None else surface.to_mesh(tolerance)
+        np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, rtol=1e-12)
+        outward = np.einsum("ij,ij->i", mesh.normals, mesh.vertices - 2.5)
+        assert (outward > 0.4).all()

@@ -98,6 +98,19 @@ def test_contains_sees_masks_and_clips(rng):
     np.testing.assert_array_equal(masked, isospline.Isosurface(cubic, 0.0).contains(points) & (points[:, 0] < 9))
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("closed", [False, True])
+def test_samples_beside_a_mask_are_inside_as_in_the_mask_of_the_solid(rng, degree, closed):
+    volume = isospline.Volume(rng.uniform(size=(5, 6, 7)), degree=degree)
+    mask = rng.uniform(size=volume.shape) > 0.2
+    surface = isospline.Isosurface(volume, 0.4, mask=mask, closed=closed)
+    expected = surface.to_mask().astype(bool)
+    z, y, x = np.indices(volume.shape)
+    samples = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    np.testing.assert_array_equal(surface.contains(samples).reshape(volume.shape), expected)
+    assert expected.any() and not expected.all()
+
+
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
 def test_points_beyond_the_domain_are_outside(boundary):
     # High at both ends of x, where the spline continues beyond the volume's border.

@@ -465,3 +465,26 @@ def test_every_sign_of_the_box_is_named():
     directions = [sign * axis for axis, sign in itertools.product(np.eye(3), (1.0, -1.0))]
     hits = scene.cast_rays([np.concatenate([-5 * direction, direction]) for direction in directions])
     assert (hits["primitive_ids"] - surface.volume.cell_count).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_clip_that_keeps_a_face_alone_has_no_caps(degree, axis):
+    field = np.sqrt(sum(grid**2 for grid in np.mgrid[-6:7, -6:7, -6:7]))
+    volume = isospline.Volume(field, degree=degree)
+    normal = np.eye(3)[axis]
+    origin = volume.bounds[0] + 5.7
+    origin[axis] = volume.bounds[1][axis] + 10
+    middle = isospline.HalfSpace((6, 6, 6), normal), isospline.HalfSpace((6, 6, 6), -normal)
+    for clip in ([isospline.HalfSpace(volume.bounds[1], normal)], list(middle)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            surface = isospline.Isosurface(volume, 5.0, clip=clip, capped=True)
+        scene = isospline.Scene([surface])
+        ray = [(*origin, *-normal)]
+        assert np.isinf(scene.cast_rays(ray)["t_hit"]).all() and not scene.test_occlusions(ray).any()
+        assert scene.count_intersections(ray).tolist() == [0]
+        assert float(surface.area()) == 0 and float(surface.enclosed_volume()) == 0
+        assert len(surface.to_mesh().faces) == 0
+        if len(clip) == 1:  # between two planes, a curve of the surface is left
+            assert np.isinf(surface.closest_points([(20, 6, 6)])["distances"]).all()
