@@ -7,6 +7,7 @@ import {parseNumber, stepped, tidy} from "../../python/isospline/viewer/page/dom
 import {endsOf, nearest} from "../../python/isospline/viewer/page/histogram.js";
 import {apart, resultText} from "../../python/isospline/viewer/page/measurements.js";
 import {between, suggested} from "../../python/isospline/viewer/page/panel.js";
+import {pixelsOf} from "../../python/isospline/viewer/page/stage.js";
 
 test("numbers have a point or a comma, and nothing else is one", () => {
   for (const [text, number] of Object.entries({"1": 1, " 2,5 ": 2.5, "\u22123": -3, "+.5": 0.5, "1e3": 1000, "7.": 7})) assert.equal(parseNumber(text), number);
@@ -60,4 +61,21 @@ test("labels of near measurements are below each other", () => {
   const tops = placed.map(({place}) => place[1]).toSorted((a, b) => a - b);
   assert.deepEqual([tops[0], tops[1]], [50, 50]);
   assert.ok(tops[2] - 50 >= 12 && tops[3] - tops[2] >= 12);
+});
+
+test("labels of near measurements have an end at every height", () => {
+  for (const height of [430.3, 100.3, 1e18]) {
+    const [first, second] = apart([{text: "1", place: [10, height]}, {text: "2", place: [12, height]}]);
+    assert.ok(first.place[1] === height && second.place[1] >= height);
+  }
+  const crowd = [...Array(40).keys()].map(i => ({text: "1", place: [10, 430.3 + (i * 7) % 11]})), tops = apart(crowd).map(({place}) => place[1]).toSorted((a, b) => a - b);
+  assert.ok(tops.every((top, i) => !i || top - tops[i - 1] > 14.39));
+});
+
+test("pictures of large windows have at most 4096 pixels a side", () => {
+  assert.deepEqual(pixelsOf(800, 600, 1.25), {width: 1000, height: 750});
+  assert.deepEqual(pixelsOf(800, 600, 3), {width: 1600, height: 1200});
+  assert.deepEqual(pixelsOf(5120, 1440, 1), {width: 4096, height: 1152});
+  assert.deepEqual(pixelsOf(2240, 2700, 2), {width: 3398, height: 4096});
+  assert.deepEqual(pixelsOf(0, 0, 2), {width: 1, height: 1});
 });

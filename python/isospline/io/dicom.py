@@ -67,6 +67,11 @@ def find_slices(path, name=None):
     return Slices(files, tuple(found["shape"]), np.dtype(found["dtype"]), found["frame"])
 
 
+def find_series(path):
+    """The names of the files of each series in a folder."""
+    return isolated.call("isospline.io.dicom:load_series", path, _LIBRARY)["series"]
+
+
 def read_slice(path, dtype):
     """The samples [y, x] of a file with one slice, as a type that `find_slices` gives."""
     return isolated.call("isospline.io.dicom:load_slice", path, _LIBRARY, dtype=np.dtype(dtype).str)["data"]
@@ -93,6 +98,12 @@ def load_slices(path, name):
     return {"files": [frame.file for frame in frames], "shape": shape, "dtype": dtype.str, "frame": place, **told}
 
 
+def load_series(path):
+    """`find_series`, in this process."""
+    series = _series_of(Path(path)).values()
+    return {"series": [list(dict.fromkeys(Path(frame.file).name for frame in frames)) for frames in series]}
+
+
 def load_slice(path, dtype):
     """`read_slice`, in this process."""
     dataset = read_dataset(path, stop_before_pixels=True)
@@ -110,8 +121,8 @@ def _load(frames):
     return vars(VolumeData(samples, **place, unit="mm")) | told
 
 
-def _frames_of_series(folder, name):
-    """The frames of the only series of a folder, or of that with this name, in the order of files."""
+def _series_of(folder):
+    """The frames of a folder by the UID of their series, in the order of files."""
     series: dict[str, list[Any]] = {}
     for file in _entries_of(folder):
         check_file(file)
@@ -125,6 +136,12 @@ def _frames_of_series(folder, name):
         if not frames[0].series:
             raise ValueError(f"expected slices with the UID of their series, got none in {file.name}")
         series.setdefault(frames[0].series, []).extend(frames)
+    return series
+
+
+def _frames_of_series(folder, name):
+    """The frames of the only series of a folder, or of that with this name, in the order of files."""
+    series = _series_of(folder)
     if not series:
         raise ValueError("expected a folder that holds a DICOM series or TIFF slices, got one without any")
     if name is None and len(series) > 1:

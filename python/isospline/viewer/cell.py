@@ -51,6 +51,6 @@ def still(viewer):
     state = viewer.state
     if not state.objects:
         return ""
-    state = state.replace(camera=viewer.camera_towards("home", SIZE))
+    state = state.replace(camera=state.camera or viewer.camera_towards("home", SIZE))
     drawn = PictureMaker(viewer.document).render(state, SIZE, Stage(4, True), encoding="srgb8")
     return f"data:image/png;base64,{base64.b64encode(drawn._repr_png_()).decode()}"

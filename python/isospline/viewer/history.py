@@ -34,6 +34,7 @@ class History:
             self._past.append(before)
         elif after == self._past[-1]:
             self._past.pop()
+            what = None  # the next change is a step of its own, not a part of the one before
         self._future.clear()
         self._last, self._time = what, now
 

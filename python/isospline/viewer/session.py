@@ -217,11 +217,8 @@ def _source(document, source, progress, folder, uploaded):
     if not uploaded:
         return _reader(source.path, source, progress, None)
     for each in document:
-        if (each.path, each.read_options, each.model_options) == (
-            source.path,
-            source.read_options,
-            source.model_options,
-        ):
+        opened = json.loads(json.dumps([each.read_options, each.model_options]))  # with lists, as the session
+        if each.path == source.path and opened == [source.read_options, source.model_options]:
             return each
     raise ValueError(
         f"session: expected files that are uploaded with it or open in the viewer, got {source.path}; "

@@ -8,9 +8,10 @@ from typing import Any
 
 from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
-from ..scene import Scene
+from ..scene import Isosurface, Mesh, Scene
 from .cell import display, in_notebook
 from .checked import number
+from .document import is_mesh
 from .placed import Placement
 from .upload import UPLOAD_COUNT, UPLOAD_LIMIT
 from .viewer import Viewer
@@ -83,6 +84,8 @@ def view(
     if levels is not None:
         check_type(levels, "levels", Iterable, "numbers")
         levels = [number()(level, "levels") for level in levels]
+        if items and not any(map(_takes_levels, items)):
+            raise ValueError("levels: expected volumes or files of volumes for them, got none")
     check_count(height, "height")
     check_type(session, "session", (str, os.PathLike, type(None)), "a str, path-like or None")
     viewer = Viewer(host=host, port=port, token=token, upload_limit=upload_limit, upload_count=upload_count)
@@ -100,6 +103,11 @@ def view(
     if browser or (browser is None and not notebook):
         viewer.open_in_browser()
     return viewer
+
+
+def _takes_levels(item):
+    is_file = isinstance(item, (str, os.PathLike))
+    return not (is_mesh(os.fspath(item)) if is_file else isinstance(item, (Isosurface, Mesh, Scene)))
 
 
 def _show(viewer, item, levels):

@@ -94,3 +94,11 @@ def sample_slices(volume, index, views=None, share=1.0, *, progress=None):
         values = shown.sample(world, progress=progress)
         slices.append((lower, upper, values.astype(np.float32).reshape(grid.shape[:2])))
     return slices
+
+
+def with_slices(state, source):
+    """A state with slices of a volume, unless it has slices of another one; of a mesh, the same state."""
+    if not source.is_volume or state.slices.volume is not None:
+        return state
+    slices = state.slices.replace(volume=source.key, index=source.middle, window=source.window())
+    return state.replace(slices=slices)

@@ -10,9 +10,8 @@ from collections import Counter
 
 from ..base.parameters import check_count
 from ..io.raw_shape import describe_raw
-from ..io.read import FORMATS
-from ..scene.mesh_files import MESH_SUFFIXES
 from ..store.budget import parse_memory
+from .dropped import paths_to_open
 from .session import SESSION_SUFFIXES, is_inside
 from .temporary import TemporaryFolder
 from .to_page import Progress, Raw, Uploaded
@@ -20,11 +19,6 @@ from .to_page import Progress, Raw, Uploaded
 #: By default, the most bytes of all uploads of a viewer together, and their largest number of files.
 UPLOAD_LIMIT: int | str = "8GB"
 UPLOAD_COUNT: int = 10_000
-
-# Header files that name the file with the samples.
-_HEADERS = (".mhd", ".nhdr")
-# Meshes, and suffixes of the files that they name.
-_COMPANIONS = {".gltf": (".bin", ".png", ".jpg", ".jpeg"), ".obj": (".mtl", ".png", ".jpg", ".jpeg")}
 
 
 class Uploads:
@@ -188,23 +182,10 @@ class Upload:
             raise ValueError(f"files: expected one session, got {names}")
         return sessions[0] if sessions else None
 
-    def paths(self):
-        """The paths to open: a folder of slices, or each file on its own, without those that others name."""
-        companions = tuple(
-            suffix
-            for mesh, suffixes in _COMPANIONS.items()
-            if any(path.lower().endswith(mesh) for path in self._paths)
-            for suffix in suffixes
-        )
-        paths = [path for path in self._paths if not path.lower().endswith(companions)]
-        if any(path.lower().endswith(_HEADERS) for path in paths):  # others without a format of their own are samples
-            return [path for path in paths if path.lower().endswith((*FORMATS, *MESH_SUFFIXES))]
-        slices = [path for path in paths if not path.lower().endswith(MESH_SUFFIXES)]
-        if len(slices) > 3 and all(
-            path.lower().endswith((".dcm", ".tif", ".tiff")) or "." not in os.path.basename(path) for path in slices
-        ):
-            return [self.folder, *(path for path in paths if path not in slices)]
-        return paths
+    def paths(self, others=()):
+        """The paths to open: series of slices as folders, and files without those that others name or are opened."""
+        known = set(others)
+        return paths_to_open(self.folder, [path for path in self._paths if path not in known])
 
 
 class Receiver:
@@ -273,9 +254,11 @@ class Receiver:
         with self._viewer.holding(upload.folder):
             try:
                 session = upload.session()
+                opened = []
                 if session is not None:
                     self._open_session(session, upload.folder)
-                for path in upload.paths() if session is None else ():
+                    opened = [session, *(each.path for each in self._viewer.document)]
+                for path in upload.paths(opened):
                     if path.lower().endswith(".raw"):
                         self._ask(path, upload.folder)
                     else:

@@ -24,6 +24,7 @@ from .framing import camera_towards
 from .history import History
 from .picture import PictureMaker
 from .session import is_inside, open_session, read_session, warn_of_level
+from .slices import with_slices
 from .state import ViewState
 from .to_page import Progress, Steps
 from .upload import UPLOAD_COUNT, UPLOAD_LIMIT, Uploads
@@ -151,11 +152,11 @@ class Viewer:
         source = self.document[key]
         others = [each for each in self.document if each.key != key]
         keys = {each.key: each.key for each in others}
-        slices = next(((each.key, each.middle, each.window()) for each in others if each.is_volume), None)
+        volume = next((each for each in others if each.is_volume), None)
 
         def without(state):
             state = state.with_keys(keys)
-            return state if slices is None else self._with_slices(state, *slices)
+            return state if volume is None else with_slices(state, volume)
 
         self._change(without, is_step=False)
         with self._lock:  # what was made of it meanwhile goes, too
@@ -203,6 +204,9 @@ class Viewer:
             state = open_session(self.document, session, self.tell, folder, uploaded)
         with self._lock:
             self._camera = state.camera
+        for source in self.document:  # a session may have no slices
+            if source.key in {each.source for each in state.objects}:
+                state = with_slices(state, source)
         self.change(lambda _: state.replace(camera=None))
         for window in self.windows():
             window.document_changed(fit=state.camera is None)
@@ -238,7 +242,7 @@ class Viewer:
         def add(state):
             for level in levels:
                 state = state.with_new_object(source.key, level, **look)
-            return self._with_slices(state, source.key, source.middle, source.window()) if source.is_volume else state
+            return with_slices(state, source)
 
         self._make_room(add(self.state), source)
         self.change(add)
@@ -257,13 +261,6 @@ class Viewer:
         self.tell(f"finding the view of {source.name}", 0.0)
         for window in self.windows():
             window.make_room(state, box if before else None)
-
-    @staticmethod
-    def _with_slices(state, key, index, window):
-        """The state with slices of a volume, unless it has slices of another one."""
-        if state.slices.volume is not None:
-            return state
-        return state.replace(slices=state.slices.replace(volume=key, index=index, window=window))
 
     @contextlib.contextmanager
     def _telling_end(self):

@@ -21,7 +21,7 @@ from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
 from .session import check_kinds
-from .slices import COARSE, sample_slices, value_at
+from .slices import COARSE, sample_slices, value_at, with_slices
 from .state import COLOR_MAPS, COLOR_RULES
 from .upload import Receiver
 
@@ -268,7 +268,7 @@ class Window:
         source = self._viewer.document[message.source]
         self._check_level(source, message.level)
         look = {} if source.is_volume else source.look
-        self._viewer.change(lambda state: state.with_new_object(source.key, message.level, **look))
+        self._viewer.change(lambda state: with_slices(state.with_new_object(source.key, message.level, **look), source))
 
     def _on_remove_object(self, message):
         self._viewer.change(lambda state: state.without_object(message.id))

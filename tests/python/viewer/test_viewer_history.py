@@ -66,6 +66,25 @@ def test_a_drag_is_one_step():
     assert changed(states[0], states[0].without_object(0)) == {(0, "removed")}
 
 
+def test_a_drag_through_its_start_keeps_the_step_before():
+    now, state = [0.0], ViewState().with_new_object("source1", 40.5, color="#111111")
+    history = History(clock=lambda: now[0])
+
+    def change(seconds, **changes):
+        nonlocal state
+        now[0] += seconds
+        before, state = state, state.with_object(0, **changes)
+        history.record(before, state)
+
+    change(0.0, color="#222222")
+    change(10.0, level=41.5)
+    for level in (40.5, 39.5, 35.5):
+        change(0.2, level=level)
+    before = history.undo(state).object(0)
+    assert (before.level, before.color) == (40.5, "#222222")
+    assert history.undo(state).object(0).color == "#111111"
+
+
 def test_windows_ask_for_undo_and_are_told(viewer):
     client = Client(viewer)
     client.receive("frame")

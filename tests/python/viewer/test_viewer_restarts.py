@@ -112,6 +112,31 @@ def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path)
         assert page.messages().strip() == "" and not page.problems
 
 
+@pytest.mark.slow
+def test_a_restarted_viewer_of_another_file_has_its_panel(context, large_ball, tmp_path):
+    """The new source has the key of the one before."""
+    other = tmp_path / "other.npy"
+    np.save(other, 100 * np.load(large_ball))
+    zoom = "document.querySelector('#histogram svg').dispatchEvent(new WheelEvent('wheel', {deltaY: -500}))"
+    with isospline.view(large_ball, levels=[LEVEL], browser=False, token="of-both") as viewer:
+        page = Page(context, viewer.url, SMALL, expected=("ERR_CONNECTION_REFUSED",))
+        page.settle()
+        viewer.change(lambda state: state.replace(slices=state.slices.replace(shown=True)))
+        page.wait("isospline.state.slices.shown")
+        page.evaluate(f"isospline.slices.zoomBy(4), {zoom}")
+        assert "ball.npy" in page.evaluate("document.getElementById('objects').textContent")
+        port = port_of(viewer)
+    page.wait("document.getElementById('messages').textContent.includes('is lost')")
+    again = isospline.view(other, levels=[LEVEL], browser=False, token="of-both", port=port)
+    with contextlib.closing(page), again:
+        page.wait("document.getElementById('messages').textContent.includes('No longer open: ball.npy.')")
+        assert "other.npy" in page.evaluate("document.getElementById('objects').textContent")
+        ends = page.evaluate("[...document.querySelectorAll('#histogram text.end')].map(each => +each.textContent)")
+        np.testing.assert_allclose(ends, [np.load(other).min(), 2000], rtol=1e-3)
+        assert page.evaluate("isospline.slices.zoom") == 1
+        assert not page.problems
+
+
 def test_files_of_the_same_name_are_shown_again_in_their_order(ball, tmp_path):
     """What the page asks for: of two, one may be left."""
     other = tmp_path / "other" / "ball.npy"

@@ -83,7 +83,8 @@ export class ClipGizmo {
           const corner = [...clip[side]];
           corner[axis] += distance;
           const other = clip[side === "minimum" ? "maximum" : "minimum"][axis];
-          corner[axis] = side === "minimum" ? Math.min(corner[axis], other - 1e-6) : Math.max(corner[axis], other + 1e-6);
+          const least = this.step() * 1e-4;
+          corner[axis] = side === "minimum" ? Math.min(corner[axis], other - least) : Math.max(corner[axis], other + least);
           this.change({[side]: corner});
         };
         parts.push(this.handle(`move the ${side} of ${"xyz"[axis]}`, place, event => this.along(event, point, direction, camera, height, move),

@@ -167,6 +167,7 @@ export class App {
       if (this.run && this.run !== message.run && this.state) {
         this.before = {state: this.state, camera: this.camera, sources: [...this.sources.values()].map(({key, name}) => ({key, name}))};
       }
+      if (this.run !== message.run) this.tell("other_viewer"); // its keys of sources may be those of the viewer before
       this.run = message.run;
     } else if (message.type === "same_picture") {
       this.same.set(message.before, message.input);

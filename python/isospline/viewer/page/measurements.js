@@ -20,10 +20,10 @@ export function drawMeasurements(measurements, results, unit, camera, width, hei
 export function apart(texts) {
   const put = [];
   for (const {text, place: [x, y]} of texts) {
-    const widthOf = other => other.text.length * SIZE * 0.6, covers = (other, top) => Math.abs(other.place[1] - top) < SIZE * 1.2
-      && x < other.place[0] + widthOf(other) && other.place[0] < x + widthOf({text});
+    const widthOf = other => other.text.length * SIZE * 0.6;
+    const beside = put.filter(other => x < other.place[0] + widthOf(other) && other.place[0] < x + widthOf({text}));
     let top = y;
-    for (let other; (other = put.find(each => covers(each, top)));) top = other.place[1] + SIZE * 1.2;
+    for (const [, above] of beside.map(each => each.place).sort((a, b) => a[1] - b[1])) if (Math.abs(above - top) < SIZE * 1.2) top = above + SIZE * 1.2;
     put.push({text, place: [x, top]});
   }
   return put;

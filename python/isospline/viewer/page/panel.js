@@ -26,6 +26,7 @@ export class Panel {
     this.histogram = new Histogram(app, byId("histogram"));
     this.drawn = {}; // the dependencies of each part at the time it was built
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
+    app.on("other_viewer", () => { this.drawn = {}; this.histogram.zoom = null; });
     watchOperation(byId("panel"), () => this.draw());
     app.on("measured", ({point}) => { if (point) byId("measurements").open = true; });
     this.drawSaves();

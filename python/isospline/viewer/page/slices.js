@@ -53,6 +53,7 @@ export class Slices {
     app.on("sampled", message => this.answered(message));
     app.on("error", () => { this.asking = false; }); // perhaps of a store that could not be read
     addEventListener("keydown", event => { if (event.key === "Escape" && this.maximised && !document.querySelector("dialog[open]")) this.maximise(this.maximised); });
+    app.on("other_viewer", () => { this.volume = null; });
     app.on("connected", () => { this.values = null; this.viewsSent = null; this.asked = null; this.asking = false; });
   }
 

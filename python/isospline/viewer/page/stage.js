@@ -16,6 +16,13 @@ const FACES = [
   {normal: [0, 0, -1], up: [0, -1, 0], view: "-z", patient: ["inferior", "I"]},
 ];
 const ORDER = ["anterior", "posterior", "left", "right", "superior", "inferior"];
+const MOST_PIXELS = 4096; // of a side of the picture, as the viewer allows
+
+// The pixels of a picture that fills an element: at most two for one of CSS, and fewer in a very large window.
+export function pixelsOf(width, height, ratio) {
+  const factor = Math.min(ratio, 2, MOST_PIXELS / Math.max(width, height, 1));
+  return {width: Math.max(1, Math.round(width * factor)), height: Math.max(1, Math.round(height * factor))};
+}
 
 export class Stage {
   /** @param {import("./main.js").App} app */
@@ -37,11 +44,7 @@ export class Stage {
   }
 
   // Device pixels of the picture.
-  pixels() {
-    const ratio = Math.min(devicePixelRatio || 1, 2);
-    return {width: Math.max(1, Math.round(this.canvas.clientWidth * ratio)),
-      height: Math.max(1, Math.round(this.canvas.clientHeight * ratio))};
-  }
+  pixels() { return pixelsOf(this.canvas.clientWidth, this.canvas.clientHeight, devicePixelRatio || 1); }
 
   resized() {
     const {width, height} = this.pixels();
