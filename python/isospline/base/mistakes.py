@@ -200,9 +200,9 @@ def _meaning_of_extra(parameters, extra):
 
 
 def _options(annotation):
-    """The members of a union, from the text of an annotation: ``float or (3,) float``, ``int | None``."""
+    """The members of a union, from the text of an annotation: ``int | None``."""
     text = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "")
-    return [option.strip("' ") for option in re.split(r"\||\bor\b|,(?![^\[(]*[\])])", text)]
+    return [option.strip("' ") for option in re.split(r"\||,(?![^\[(]*[\])])", text)]
 
 
 def _fits(annotation, value):
@@ -223,11 +223,9 @@ def _fits(annotation, value):
 
 
 def _shape_of(option):
-    """The shape of numbers: (3,) of ``(3,) float`` and (2,) of ``tuple[float, float]``."""
-    if tuple_of := re.fullmatch(r"tuple\[((?:float|int)(?:, (?:float|int))*)\]", option):
-        return (tuple_of[1].count(",") + 1,)
-    array_of = re.match(r"\((\d+),\) ", option)
-    return (int(array_of[1]),) if array_of else None
+    """The shape of numbers: (2,) of ``tuple[float, float]``; None for others."""
+    tuple_of = re.fullmatch(r"tuple\[((?:float|int)(?:, (?:float|int))*)\]", option)
+    return (tuple_of[1].count(",") + 1,) if tuple_of else None
 
 
 def _unknown_keyword(name, keyword, parameters):

@@ -31,10 +31,15 @@ def check_count(count: Any, parameter: str = "count", largest: int = COUNT_LIMIT
         raise ValueError(f"{parameter}: expected a whole number of at least {least}{most}, got {count!r}")
 
 
+def check_integer(value: Any, parameter: str) -> None:
+    """Check that a parameter is an integer, and no bool."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(sentence(parameter, "a whole number", value))
+
+
 def check_seed(seed: Any) -> None:
     """Check the seed of random numbers."""
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)):
-        raise TypeError(sentence("seed", "a whole number", seed))
+    check_integer(seed, "seed")
     if not 0 <= seed < 1 << 32:
         raise ValueError(f"seed: expected 0 to {(1 << 32) - 1}, got {seed}")
 

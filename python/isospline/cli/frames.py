@@ -11,6 +11,7 @@ from pathlib import Path
 from ..base.parameters import check_path
 from ..io.files import files_of
 from ..io.read import FORMATS
+from ..io.tiff import words_of
 from ..picture.sequences import PICTURES, VIDEOS, is_numbered, numbered
 from ..store import time_steps
 from ..store.detail import is_store
@@ -64,7 +65,7 @@ def _frames_of(path, shape):
         if steps == [Path(os.path.realpath(path))]:
             raise ValueError(f"{path}: expected a time series, got a store of one volume: render it without --frames")
         return [(step.name, step) for step in steps], True
-    files = [file for file in sorted(path.iterdir(), key=_by_number) if _is_volume(file)]
+    files = [file for file in sorted(path.iterdir(), key=lambda file: words_of(file.name)) if _is_volume(file)]
     files = _without_named(files, shape)
     if not files:
         raise ValueError(f"{path}: expected a folder of volumes, got none in it")
@@ -86,11 +87,6 @@ def _without_named(files, shape):
 def _is_volume(path):
     name = path.name.lower()
     return not name.startswith(".") and (is_store(path) if path.is_dir() else name.endswith((*FORMATS, ".raw")))
-
-
-def _by_number(path):
-    """Order of names: a2 before a10."""
-    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name.lower())]
 
 
 def _outputs(output, names):

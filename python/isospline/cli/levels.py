@@ -9,6 +9,7 @@ import numpy as np
 import isospline
 
 from ..base.views import DEFAULT_VIEW
+from ..scene.cells import cell_shift
 from ..suggest.presentation import Presentation, has_directions
 from ..suggest.view import SuggestedView
 from .given import keywords
@@ -80,7 +81,7 @@ def tell_of_open_borders(surfaces: list[Any], say: Any) -> None:
 def meets_border(surface: Any) -> bool:
     """Whether a corner of a cell at the border of the volume is inside the solid."""
     volume = surface.volume
-    shift = 0.5 if volume.degree % 2 == 0 else 0.0
+    shift = cell_shift(volume)
     inset = 1e-6  # cells, much more than rounding
     ends = [(inset - shift, count - 1 + shift - inset) for count in volume.shape[::-1]]
     corners = [np.clip(np.arange(count + 1) - shift, *between) for count, between in zip(volume.shape[::-1], ends)]

@@ -18,6 +18,7 @@ from ..picture.cameras import camera_for, turntable_cameras
 from ..picture.lights import resolve
 from ..picture.marks import Marks, unit_of
 from .given import keywords, refuse_without
+from .types import floats
 
 #: The user is told how long pictures take if it is this many seconds or more.
 LONG = 3.0
@@ -96,7 +97,7 @@ def _annotations(text):
 def color(text):
     """An argument type for colours: a name, one number, or three numbers separated by commas."""
     with contextlib.suppress(ValueError):
-        numbers = tuple(float(part) for part in text.split(","))
+        numbers = floats(text)
         if len(numbers) in (1, 3):
             return numbers if len(numbers) == 3 else numbers * 3
     try:
@@ -112,7 +113,7 @@ def background(text):
     if text in ("none", "transparent"):
         return "transparent"
     with contextlib.suppress(ValueError):
-        numbers = tuple(float(part) for part in text.split(","))
+        numbers = floats(text)
         if len(numbers) == 4:
             return numbers
     return color(text)

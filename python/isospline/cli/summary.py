@@ -18,7 +18,7 @@ _COMPONENT_COLUMNS = ("enclosed_volumes", "areas", "cell_counts", "bounds")
 PATIENT = "x runs to the left, y to the back, z to the head"
 
 
-def summarize(volume, path, levels=3, labels=None):
+def summarize(volume, path, labels=None):
     """Numbers about a VolumeData, of types that JSON supports; vectors are (x, y, z), a matrix is a list of rows.
 
     Of a label map, segments are in the place of numbers about its samples.
@@ -43,7 +43,7 @@ def summarize(volume, path, levels=3, labels=None):
         "mean": math.ldexp(mean, exponent),
         "standard_deviation": math.ldexp(_standard_deviation(data, mean, exponent), exponent),
         "histogram": {"edges": np.ldexp(edges, exponent).tolist(), "counts": rows.astype(int).tolist()},
-        "suggested_levels": levels_of_histogram(values, counts, levels),
+        "suggested_levels": levels_of_histogram(values, counts, 3),
     }
 
 
@@ -159,7 +159,7 @@ def _bytes(count):
         count /= 1024
 
 
-def describe_measures(path, level, found, components, unit="", unicode=True):
+def describe_measures(path, level, found, components, unit, unicode):
     """The measures of a file's isosurface as text: a line for each number with its error, and a line for each of the
     largest components. `unit` is that of the volume."""
     powers = {"enclosed_volume": 3, "area": 2, "mean_curvature": 1, "gaussian_curvature": 0}

@@ -12,13 +12,18 @@ from ..picture.layers import LAYERS
 from ..store.budget import parse_memory
 
 
+def floats(text):
+    """Numbers that are separated by commas."""
+    return tuple(map(float, text.split(",")))
+
+
 def numbers(*counts, instead=""):
     """A type of numbers that are separated by commas; `instead` names the alternative."""
     expected = f"{' or '.join(map(str, counts))} numbers separated by commas" + (instead and f" or {instead}")
 
     def parse(text):
         with contextlib.suppress(ValueError):
-            numbers = tuple(float(part) for part in text.split(","))
+            numbers = floats(text)
             if len(numbers) in counts:
                 return numbers
         raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..scene.cells import cell_shift
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -56,9 +58,8 @@ class Feet:
 
     @staticmethod
     def joined(parts: list[Feet]) -> Feet:
-        return Feet(
-            **{each.name: np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Feet)}
-        )
+        names = [each.name for each in fields(Feet)]
+        return Feet(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 class Outlines:
@@ -122,8 +123,7 @@ class _Curve:
 
     def __init__(self, surface, film):
         self.surface, self.film, self.volume, self.level = surface, film, surface.volume, surface.level
-        #: From index coordinates to those in which cells are unit cubes with whole corners.
-        self.shift = 0.5 if surface.volume.degree % 2 == 0 else 0.0
+        self.shift = cell_shift(surface.volume)
 
     cells: Callable[[], Any]  # cells that may have a part of the curve
     other: Callable[..., Any]  # the other function and its gradient, at points of the object's space

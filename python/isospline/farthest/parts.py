@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from ..scene.cells import cell_shift
 from .slabs import Slabs
 
 #: Largest number of boxes or triangles for one bound.
@@ -73,7 +74,7 @@ def largest_distance(surface, target, nearest, tolerance):
     """Bounds on the largest distance of a point of the surface from the target, with the `nearest` points to some."""
     volume = surface.volume
     slabs = Slabs(surface)
-    shift = 0.5 if volume.degree % 2 == 0 else 0.0
+    shift = cell_shift(volume)
     shape = volume.cell_at(volume.cell_count - 1) + 1
     edge = math.ceil((volume.cell_count / FIRST_BOXES) ** (1 / 3))
     places = np.meshgrid(*(np.arange(0, cells, edge) for cells in shape), indexing="ij")

@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 
 from ..scene import Isosurface, Volume
+from ..scene.cells import cell_shift
 
 #: Longest edge, in cells, of the blocks of which second derivatives are bounded.
 LONGEST_EDGE = 4
@@ -101,7 +102,7 @@ class Slabs:
         self._level = surface.level
         self._hessian = HessianBounds(surface.volume) if surface.volume.degree > 1 else None
         self._into = 1.0 if surface.inside == "above" else -1.0
-        self._shift = 0.5 if surface.volume.degree % 2 == 0 else 0.0
+        self._shift = cell_shift(surface.volume)
         self._linear, self._translation = surface.volume.affine[:3, :3], surface.volume.affine[:3, 3]
         self._to_index = np.linalg.inv(self._linear)
         # Planes of caps: m and o of <m, x> = o in the world.

@@ -40,13 +40,13 @@ def _nonempty(parts: _core.MeshParts, report: Callable[[float], object] | None) 
             yield part
 
 
-def is_written_in_parts(surface, path, tolerance=None, faces=None):
+def is_written_in_parts(surface, path, tolerance, faces):
     """Whether the mesh of a surface is written to a file part by part: without a tolerance, of a store, as STL."""
     is_stl = os.path.splitext(os.fspath(path))[1].lower() == ".stl"
     return is_stl and tolerance is None and faces is None and surface.volume.paging is not None
 
 
-def write_stl_in_parts(surface, path, progress=None):
+def write_stl_in_parts(surface, path, progress):
     """Write the mesh of a surface without a tolerance, part by part; returns the number of triangles."""
     volume = surface.volume
     try:

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import math
 import os
+import re
 import stat
 
 import numpy as np
@@ -83,6 +84,14 @@ def check_components(count):
     """Check that a sample is one number."""
     if count != 1:
         raise ValueError(f"expected one number a sample, got {count} (colours or vectors?)")
+
+
+def integer_of(fields, name, default=None):
+    """The whole number in a field of a header that is text."""
+    word = fields.get(name, str(default))
+    if not re.fullmatch(r"[+-]?\d{1,18}", word):
+        raise ValueError(f"expected {name} to be a whole number, got {word}")
+    return int(word)
 
 
 def one_unit(units):

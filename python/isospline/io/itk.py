@@ -76,7 +76,7 @@ def load_header(path, image_io, slices, mapped):
     }
 
 
-def check_header(reader, slices=1, mapped=False):
+def check_header(reader, slices, mapped):
     """Check the samples' shape and type in the header, for `slices` times as many; `mapped` samples need no memory."""
     _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices, mapped)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.units import PICOMETRES
 from . import itk
-from .checks import check_file, utf8
+from .checks import check_file, integer_of, utf8
 from .confinement import check_within
 from .packed import read_samples, read_text
 
@@ -108,7 +108,7 @@ def _check_header(header):
     for key in ("NDims", "DimSize", "ElementType"):
         if key not in header:
             raise ValueError(f"expected {key} in the header")
-    dimension = _integer(header, "NDims")
+    dimension = integer_of(header, "NDims")
     if not 1 <= dimension <= DIMENSION_LIMIT:
         raise ValueError(f"expected NDims from 1 to {DIMENSION_LIMIT}, got {dimension}")
     for key, count in _COUNTS.items():
@@ -159,7 +159,7 @@ def _begin(header, path, begin, expected):
 
     With -1, they end with the file; compressed ones then begin behind the header, as without it.
     """
-    size, skipped = check_file(path), _integer(header, "HeaderSize", 0)
+    size, skipped = check_file(path), integer_of(header, "HeaderSize", 0)
     if skipped > 0:
         begin = skipped
     elif skipped < 0 and expected > 0:
@@ -172,10 +172,3 @@ def _begin(header, path, begin, expected):
 
 def _is_true(header, key, default=False):
     return header[key][:1].upper() in ("T", "1") if key in header else default
-
-
-def _integer(header, key, default=None):
-    word = header.get(key, str(default))
-    if not re.fullmatch(r"[+-]?\d{1,18}", word):
-        raise ValueError(f"expected {key} to be a whole number, got {word}")
-    return int(word)

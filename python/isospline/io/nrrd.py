@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import itk
-from .checks import check_file, one_unit, utf8
+from .checks import check_file, integer_of, one_unit, utf8
 from .confinement import check_within
 from .packed import check_skip, read_as, read_samples, read_text
 
@@ -163,7 +163,7 @@ def _check_fields(fields):
     for name in ("type", "dimension", "sizes", "encoding"):
         if name not in fields:
             raise ValueError(f"expected the field {name} in the header")
-    dimension = _integer(fields, "dimension")
+    dimension = integer_of(fields, "dimension")
     words = fields["sizes"].split()
     if not 1 <= dimension <= DIMENSION_LIMIT:
         raise ValueError(f"expected a dimension from 1 to {DIMENSION_LIMIT}, got {dimension}")
@@ -185,7 +185,7 @@ def _file_names(value):
 
 def _parts(files, begin, header, size):
     """The files, the positions where their samples begin, and the number of bytes to skip."""
-    lines, skipped = _integer(header, "line skip", 0), _integer(header, "byte skip", 0)
+    lines, skipped = integer_of(header, "line skip", 0), integer_of(header, "byte skip", 0)
     if lines < 0 or skipped < -1:
         raise ValueError(f"expected line skip and byte skip of at least 0, got {lines} and {skipped}")
     compressed = _COMPRESSIONS[header["encoding"].lower()] is not None
@@ -215,13 +215,6 @@ def _parts(files, begin, header, size):
                 )
             parts.append((file, at, 0))
     return parts
-
-
-def _integer(fields, name, default=None):
-    word = fields.get(name, str(default))
-    if not re.fullmatch(r"[+-]?\d{1,18}", word):
-        raise ValueError(f"expected {name} to be a whole number, got {word}")
-    return int(word)
 
 
 # What follows runs in the process of its own.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..base.mistakes import sentence
-from ..base.parameters import check_path, check_plain, number, printable
+from ..base.parameters import check_integer, check_path, check_plain, number, printable
 from ..base.signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
@@ -150,8 +150,7 @@ def read_volume(
     given = check_frame(spacing, origin, direction)
     check_nan(nan)
     shape = None if shape is None else arrays.check_shape(shape)
-    if isinstance(offset, bool) or not isinstance(offset, (int, np.integer)):
-        raise TypeError(sentence("offset", "a whole number", offset))
+    check_integer(offset, "offset")
     check_path(path)
     if within is not None:
         check_path(within, "within")

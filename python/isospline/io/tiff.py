@@ -249,7 +249,7 @@ def _place_of_slices(files, slices):
 
 def _told_of_gaps(files):
     """What is uneven in the numbers of files whose names differ by one number; empty for none."""
-    names = [_words(file.stem) for file in files]
+    names = [words_of(file.stem) for file in files]
     if len({len(name) for name in names}) > 1:
         return ""
     columns = [column for column in zip(*names) if len(set(column)) > 1]
@@ -268,11 +268,11 @@ def _told_of_gaps(files):
 def slices_of(folder):
     """The TIFF files in a folder, slice2 before slice10."""
     files = [file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES and not file.name.startswith(".")]
-    return sorted(files, key=lambda file: _words(file.name))
+    return sorted(files, key=lambda file: words_of(file.name))
 
 
-def _words(name):
-    """The words of a name and the numbers between them."""
+def words_of(name):
+    """The words of a name and the numbers between them, for the natural order of names."""
     return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name.lower())]
 
 

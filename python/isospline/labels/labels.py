@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.mistakes import sentence
+from ..base.parameters import check_integer
 from ..base.progress import as_callable, part_of
 from ..base.results import LabelComparison, LabelMeasures, LabelTable
 from ..base.signatures import explained_methods
 from ..io import VolumeData
+from ..io.read import check_frame
 from ..scene import Isosurface, Scene
 from . import files
 from .comparison import compare
@@ -77,8 +79,6 @@ class Labels:
         colors: Mapping[Any, Any] | None = None,
         background: int = 0,
     ) -> None:
-        from ..io.read import check_frame
-
         given = {name: value for name, value in check_frame(spacing, origin, direction).items() if value is not None}
         self._set(as_labels(data).replace(**given), {}, names, colors, background)
 
@@ -123,8 +123,7 @@ class Labels:
         return labels
 
     def _set(self, source, told, names, colors, background):
-        if isinstance(background, bool) or not isinstance(background, (int, np.integer)):
-            raise TypeError(sentence("background", "a whole number", background))
+        check_integer(background, "background")
         samples = source.data.view()
         samples.flags.writeable = False  # the segments and their counts are found once
         self._layers = [samples] if samples.ndim == 3 else [samples[..., each] for each in range(samples.shape[-1])]

@@ -24,7 +24,7 @@ def volume_of_label(
     background: int,
     deviations: NDArray[np.float64],
     frame: dict[str, Any],
-    progress: Callable[[float], object] = lambda fraction: None,
+    progress: Callable[[float], object],
 ) -> Volume:
     """A volume that is positive in a label and negative in all others, and encloses as much as the voxels do.
 

@@ -95,6 +95,12 @@ def overlap(first: Box, second: Box) -> bool:
     return all(first[at] < second[at] + second[at + 2] and second[at] < first[at] + first[at + 2] for at in (0, 1))
 
 
+def best_box(boxes: Iterable[Box], taken: Iterable[Box], covered: Covered) -> Box:
+    """The first of the rectangles that hide least, of those without other marks if there are such."""
+    taken = list(taken)
+    return min(boxes, key=lambda box: (any(overlap(box, each) for each in taken), covered.count(box)))
+
+
 def ticks(lower: float, upper: float, most: int = 6) -> list[float]:
     """At most `most` round numbers at equal steps between two numbers."""
     lower, upper = min(lower, upper), max(lower, upper)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.parameters import check_path, printable
+from ..base.parameters import printable
 from ..base.system import whole_file
 from ..base.values import parts, value_types
 from ..scene import Isosurface, Mesh, Scene, Volume
@@ -58,7 +58,6 @@ def fingerprint(scene: Scene, **options: Any) -> dict[str, str]:
 
 def save(path: str | os.PathLike[str], state: Mapping[str, Any], prints: dict[str, str]) -> None:
     """Write a checkpoint, which appears whole or not at all."""
-    check_path(path)
     arrays: dict[str, Any] = {name: np.asarray(array) for name, array in state.items()}
     with whole_file(path) as temporary, open(temporary, "wb") as file:
         np.savez(
@@ -80,7 +79,6 @@ def load(path: str | os.PathLike[str], prints: dict[str, str], names: Iterable[s
     OSError
         If it cannot be read.
     """
-    check_path(path)
     found = _read(path)
     if str(found["version"]) != _core.__version__:
         raise ValueError(_other(path, f"isospline {_core.__version__}", f"isospline {found['version']}"))

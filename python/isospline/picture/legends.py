@@ -16,11 +16,11 @@ from .annotations import (
     Box,
     Covered,
     Drawing,
+    best_box,
     blend,
     draw_panel,
     font_for,
     line_height,
-    overlap,
     shown_looks,
     text_width,
 )
@@ -85,9 +85,7 @@ class Legend:
                 if x >= left and y >= top
             ]
             boxes = [(*corner, round(self.width), high) for corner in corners or [(left, top)]]
-            taken = list(taken)
-            boxes.sort(key=lambda box: (any(overlap(box, each) for each in taken), covered.count(box)))
-            left, top, *_ = boxes[0]
+            left, top, *_ = best_box(boxes, taken, covered)
         box = left - 4, top - 4, round(self.width - self._border + 8), high + 8
         draw_panel(image, box, covered)
         drawn = Drawing(image)

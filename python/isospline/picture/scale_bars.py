@@ -15,10 +15,10 @@ from .annotations import (
     Box,
     Covered,
     Drawing,
+    best_box,
     draw_panel,
     font_for,
     line_height,
-    overlap,
     round_down,
     text_width,
 )
@@ -95,9 +95,7 @@ class ScaleBar:
         if covered is not None:
             corners = [(x, y) for y in (top, self._border) for x in (left, width - self._border - self._wide)]
             boxes = [(x, y, self._wide, self._high) for x, y in corners if x >= left and y >= self._border]
-            taken = list(taken)
-            boxes.sort(key=lambda box: (any(overlap(box, each) for each in taken), covered.count(box)))
-            left, top, *_ = boxes[0] if boxes else (left, top)
+            left, top, *_ = best_box(boxes, taken, covered) if boxes else (left, top)
             draw_panel(image, (left - 4, top - 4, self._wide + 8, self._high + 8), covered)
         bottom, left = top + self._high, left + self._indent
         drawn = Drawing(image)

@@ -3,10 +3,7 @@
 import numbers
 from typing import Any
 
-from .._core import tone_mapped
 from ..base.parameters import check_type
-
-__all__ = ["CURVES", "check_exposure", "tone_mapped"]
 
 #: The curves of `Image.tone_map`, from linear light to 0 to 1.
 CURVES = ("neutral", "aces", "linear")

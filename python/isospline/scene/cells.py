@@ -208,6 +208,11 @@ def index_shape(volume):
     return volume.shape[::-1] if volume.axes == "zyx" else volume.shape
 
 
+def cell_shift(volume):
+    """What added to index coordinates makes the corners of cells whole: samples are in the middle for even degrees."""
+    return 0.5 if volume.degree % 2 == 0 else 0.0
+
+
 def _mirrored_ends(shape):
     """W of the three axes: products of 1/2 at both ends of an axis and 1 elsewhere."""
     scales = np.ones(shape)

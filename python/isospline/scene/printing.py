@@ -9,7 +9,7 @@ from ..base.progress import as_callable, part_of
 from ..base.results import PrintReport
 from ..base.system import warn
 from ..interop.mesh_topology import components_of, equal_rows, open_edges, signed_volumes
-from .cells import index_shape
+from .cells import cell_shift, index_shape
 
 # The farthest that a vertex at the border of the volume may be from it, in samples.
 _ROUNDING = 1e-6
@@ -112,7 +112,7 @@ def _innermost_shells(vertices, faces, labels, volumes, cavities):
 def _meets_border(vertices, volume):
     """Whether vertices are on the border of the volume's domain."""
     index = (vertices - volume.origin) @ np.linalg.inv(volume.direction * volume.spacing).T
-    shift = 0.5 if volume.degree % 2 == 0 else 0.0
+    shift = cell_shift(volume)
     upper = np.array(index_shape(volume)) - 1 + shift
     return bool(((index < _ROUNDING - shift) | (index > upper - _ROUNDING)).any())
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .._core import Cancelled
 from ..base.parameters import check_path, printable
+from ..base.progress import tell
 from . import layout, ome, tasks
 from .budget import Budget, default_threads
 from .metadata import VERSION, cell_shape, group_attributes
@@ -175,10 +175,7 @@ class Conversion:
         self._report(self._begin + (1 - self._begin) * self._spent / self._total)
 
     def _report(self, fraction):
-        if self._progress is not None:
-            go_on = self._progress(min(fraction, 1.0))
-            if go_on is not None and not go_on:
-                raise Cancelled
+        tell(self._progress, min(fraction, 1.0))
 
     def _finish(self):
         """Write the description of the store, and then mark it as complete."""
@@ -212,11 +209,11 @@ class Conversion:
         model = {name: getattr(self._model, name) for name in ("degree", "boundary", "filter", "smoothing")}
         held = {**model, "axes": "zyx", "unit": source.unit or "", "patient": source.patient}
         held["levels"] = levels
-        _write_attributes(self._root, {"complete": True, **held, "conversion": self._state})
+        write_attributes(self._root, {"complete": True, **held, "conversion": self._state})
 
     def _save(self, **state):
         self._state.update(state)
-        _write_attributes(self._root, {"complete": False, "conversion": self._state})
+        write_attributes(self._root, {"complete": False, "conversion": self._state})
 
 
 def _stored(dtype):
@@ -248,7 +245,7 @@ def _begin(root, options, may_be_complete=False):
 
 def _new_state(root, options):
     state = {"options": options}
-    _write_attributes(root, {"complete": False, "conversion": state})
+    write_attributes(root, {"complete": False, "conversion": state})
     return state
 
 
@@ -262,7 +259,8 @@ def check_options(root: Path, begun: dict[str, Any], options: dict[str, Any]) ->
             )
 
 
-def _write_attributes(root, attributes):
+def write_attributes(root: Path, attributes: dict[str, Any]) -> None:
+    """Replace the attributes "isospline" of a store's group."""
     with layout.writing(root / "zarr.json"):
         group = layout.zarr().open_group(str(root), mode="r+")
         group.update_attributes({"isospline": {"version": VERSION, **attributes}})

@@ -124,8 +124,7 @@ def read_metadata(path: str | os.PathLike[str]) -> StoreMetadata:
         if "time_steps" in attributes:
             steps = _field(attributes, "time_steps", list)
             raise ValueError(f"expected one volume, got a time series of {len(steps)}: open {path}/t/0")
-        if attributes.get("complete") is not True:
-            raise ValueError("expected a complete store, got an incomplete one: run its conversion again to continue")
+        check_complete(attributes)
         levels = _field(attributes, "levels", list)
         if not levels:
             raise ValueError("levels: expected at least one, got none")
@@ -178,6 +177,12 @@ def group_attributes(root: Path) -> dict[str, Any]:
             f"again"
         )
     return found
+
+
+def check_complete(attributes: dict[str, Any]) -> None:
+    """Check that the conversion into a store has ended."""
+    if attributes.get("complete") is not True:
+        raise ValueError("expected a complete store, got an incomplete one: run its conversion again to continue")
 
 
 def check_links(root: Path) -> None:

@@ -13,8 +13,8 @@ from ..base.parameters import check_path, printable
 from ..io import VolumeData
 from ..io.read import check_used
 from . import layout
-from .conversion import OR_OVERWRITE, check_options
-from .metadata import VERSION, errors_name_store, group_attributes
+from .conversion import OR_OVERWRITE, check_options, write_attributes
+from .metadata import check_complete, errors_name_store, group_attributes
 from .sources import ome_zarr
 from .sources.opening import open_source
 from .sources.source import Source
@@ -90,10 +90,8 @@ def finish(root: Path, count: int, options: dict[str, Any]) -> None:
 
 def _describe(root, count, options, complete):
     keys = [f"t/{step}" for step in range(count)]
-    with layout.writing(root / "zarr.json"):
-        group = layout.zarr().open_group(str(root), mode="r+")
-        state = {"conversion": {"options": {"time_steps": count, **options}}}
-        group.update_attributes({"isospline": {"version": VERSION, "complete": complete, "time_steps": keys, **state}})
+    state = {"conversion": {"options": {"time_steps": count, **options}}}
+    write_attributes(root, {"complete": complete, "time_steps": keys, **state})
 
 
 def time_steps(path: str | os.PathLike[str]) -> list[Path]:
@@ -118,8 +116,7 @@ def time_steps(path: str | os.PathLike[str]) -> list[Path]:
     root = Path(os.path.realpath(path))
     with errors_name_store(path):
         attributes = group_attributes(root)
-        if attributes.get("complete") is not True:
-            raise ValueError("expected a complete store, got an incomplete one: run its conversion again to continue")
+        check_complete(attributes)
         keys = attributes.get("time_steps")
         if keys is None:
             return [root]

@@ -27,15 +27,15 @@ class Access:
     ----------
     host : str
         The address that the server listens on.
-    token : str, optional
-        By default, that of the environment variable ISOSPLINE_TOKEN, or a random one.
+    token : str or None
+        For None, that of the environment variable ISOSPLINE_TOKEN, or a random one.
 
     Attributes
     ----------
     token : str
     """
 
-    def __init__(self, host, token=None):
+    def __init__(self, host, token):
         check_type(token, "token", (str, type(None)), "a str or None")
         given = token if token is not None else os.environ.get(TOKEN_VARIABLE) or None
         if given is not None and not re.fullmatch("[!-~]+", given):  # the message must not show it

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import json
 
 import numpy as np
+
+from ..picture.pixels import encoded
 
 
 def packed(about, content):
@@ -20,18 +21,10 @@ def encode_jpeg(pixels, quality=85):
     try:
         import simplejpeg
     except ImportError:
-        return _by_pillow(pixels, "jpeg", quality=quality)
+        return encoded("jpeg", np.ascontiguousarray(pixels[..., :3]), quality=quality)
     return simplejpeg.encode_jpeg(np.ascontiguousarray(pixels), quality=quality, colorspace="RGBA")
 
 
 def encode_png(pixels):
     """A PNG file of opaque (height, width, 4) pixels, with the fastest compression."""
-    return _by_pillow(pixels, "png", compress_level=1)
-
-
-def _by_pillow(pixels, format, **options):
-    import PIL.Image
-
-    file = io.BytesIO()
-    PIL.Image.fromarray(np.ascontiguousarray(pixels[..., :3])).save(file, format, **options)
-    return file.getvalue()
+    return encoded("png", np.ascontiguousarray(pixels[..., :3]), compress_level=1)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..interop.single_precision import offset_for
+from ..interop.trimesh import joined
 from ..picture.cameras import extent_of, turn
 from ..picture.video import write_video
 from ..scene import Isosurface, Mesh
@@ -112,9 +113,7 @@ def _mesh(viewer, state):
             surface.to_mesh(progress=_progress(viewer, "meshing", number / len(surfaces), 1 / len(surfaces)))
             for number, surface in enumerate(surfaces)
         ]
-    firsts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    faces = [mesh.faces + first for mesh, first in zip(meshes, firsts)]
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+    return Mesh(**joined([{"vertices": mesh.vertices, "faces": mesh.faces} for mesh in meshes]))
 
 
 def _write_turntable(viewer, path, state, size, options):
@@ -129,7 +128,7 @@ def _write_turntable(viewer, path, state, size, options):
         whole = extent_of(maker.scene)
 
         def extent(directions):
-            if viewer.is_closed:
+            if not viewer.is_open:
                 raise _core.Cancelled("the viewer was closed")
             return whole(directions)
 
@@ -157,6 +156,6 @@ def _progress(viewer, title, begin=0.0, share=1.0):
 
     def progress(fraction):
         viewer.tell(title, begin + share * fraction)
-        return not viewer.is_closed
+        return viewer.is_open
 
     return progress

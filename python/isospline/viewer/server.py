@@ -37,8 +37,8 @@ class Server:
         The address to listen on.
     port : int
         0 takes any free port.
-    token : str, optional
-        By default, that of the environment variable ISOSPLINE_TOKEN, or a random one.
+    token : str or None
+        For None, that of the environment variable ISOSPLINE_TOKEN, or a random one.
 
     Raises
     ------
@@ -46,7 +46,7 @@ class Server:
         If the server cannot listen on the address.
     """
 
-    def __init__(self, viewer, host, port, token=None):
+    def __init__(self, viewer, host, port, token):
         check_type(host, "host", str, "a str")
         check_type(port, "port", int, "a whole number")
         if not 0 <= port <= 65535:

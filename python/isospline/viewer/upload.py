@@ -32,7 +32,7 @@ class Uploads:
         The largest number of files.
     """
 
-    def __init__(self, limit=UPLOAD_LIMIT, count=UPLOAD_COUNT):
+    def __init__(self, limit, count):
         self._limit = parse_memory(limit, "upload_limit")
         check_count(count, "upload_count")
         self._count = int(count)

@@ -78,7 +78,7 @@ class Viewer:
 
     @property
     def is_open(self) -> bool:
-        """Whether it has not been closed."""
+        """Whether it is neither closed nor closing: long tasks go on."""
         return not self._closed.is_set()
 
     @property
@@ -320,11 +320,6 @@ class Viewer:
         """Wait until the viewer is closed; Ctrl-C ends the wait with a KeyboardInterrupt."""
         while not self._closed.wait(0.2):
             pass
-
-    @property
-    def is_closed(self):
-        """Whether it is closed or closing: long tasks end then."""
-        return self._closed.is_set()
 
     def close(self) -> None:
         """Close the windows and stop listening."""

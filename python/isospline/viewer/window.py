@@ -80,7 +80,7 @@ class Window:
         if fit and self._size:
             self._viewer.submit(self._look_from, "home")
 
-    def make_room(self, state, box=None):
+    def make_room(self, state, box):
         """Move the camera for a state that will be shown: home, or backwards if not all of a box is in the picture."""
         with self._lock:
             camera, size = self._camera, self._size

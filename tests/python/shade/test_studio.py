@@ -6,8 +6,8 @@ import scipy.ndimage
 from spheres import mesh_sphere, sphere
 
 import isospline
+from isospline._core import tone_mapped
 from isospline.colors import named_color
-from isospline.picture.tone import tone_mapped
 
 SIZE = (96, 72)
 FEW = isospline.Studio(light_samples=2)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline.picture.tone import CURVES, tone_mapped
+from isospline._core import tone_mapped
+from isospline.picture.tone import CURVES
 
 
 def pbr_neutral(color):

@@ -227,6 +227,14 @@ def test_a_folder_of_volumes_makes_a_folder_of_pictures(steps, tmp_path):
     assert (tmp_path / "a-0.png").read_bytes() == (pictures / "ball9.png").read_bytes()
 
 
+def test_frames_may_have_names_with_digits_that_are_no_numbers(steps, tmp_path):
+    folder, pictures = tmp_path / "volumes", tmp_path / "pictures"
+    folder.mkdir()
+    np.save(folder / "a1²3.npy", steps[0])
+    assert main(["render", str(folder), "--frames", "-o", str(pictures), *OPTIONS]) == 0
+    assert (pictures / "a1²3.png").exists()
+
+
 @pytest.mark.parametrize("suffix", [".mhd", ".nhdr"])
 def test_detached_samples_are_no_frames_and_part_of_one(steps, tmp_path, suffix):
     sitk = pytest.importorskip("SimpleITK")

@@ -83,10 +83,10 @@ class Source:
 class ArraySource(Source):
     """An array in memory, or any object with a shape and a dtype that returns arrays when it is sliced."""
 
-    def __init__(self, array: Any, axes: str = "zyx", identity: Identity | None = None) -> None:
+    def __init__(self, array: Any, axes: str = "zyx") -> None:
         self._array, self._axes = array, axes
         shape = tuple(array.shape)
-        super().__init__(shape[::-1] if axes == "xyz" else shape, array.dtype, identity)
+        super().__init__(shape[::-1] if axes == "xyz" else shape, array.dtype)
 
     @property
     def path(self) -> str | os.PathLike[str] | None:
