@@ -18,6 +18,7 @@ from .derivatives.hits import cast_vjp
 from .derivatives.pictures import moved_picture_vjp
 from .looks import Phong
 from .scene import Isosurface, Scene, Volume
+from .scene.public import from_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -273,9 +274,7 @@ def _with_samples(surface, samples):
     model = ("degree", "boundary", "filter", "smoothing", "axes", "spacing", "origin", "direction", "unit")
     state = surface.__getstate__()
     state["volume"] = Volume(samples, **{name: getattr(volume, name) for name in model})
-    other = Isosurface.__new__(Isosurface)
-    other.__setstate__(state)
-    return other
+    return from_state(Isosurface, state)
 
 
 def _apply(run: Callable[..., Any], *tensors, like=None):

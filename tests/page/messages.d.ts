@@ -1,10 +1,10 @@
 // Written by tools/write_page_types.py.
 declare namespace Viewer {
-  interface Hello {
+  interface Size {
     width: number;
     height: number;
   }
-  interface Size {
+  interface Hello {
     width: number;
     height: number;
   }
@@ -244,8 +244,8 @@ declare namespace Viewer {
     name: string;
   }
   type FromPage =
-    | ({type: "hello"; input?: number} & Hello)
     | ({type: "size"; input?: number} & Size)
+    | ({type: "hello"; input?: number} & Hello)
     | ({type: "acknowledge"; input?: number} & Acknowledge)
     | ({type: "camera"; input?: number} & Camera)
     | ({type: "look"; input?: number} & Look)

@@ -12,6 +12,14 @@ import numpy as np
 from .foreign import close_name, meaning_of_keyword
 from .handed import handed
 
+# Images of other libraries, and what makes a volume of them.
+_IMAGES = {
+    "SimpleITK.Image": "Volume.from_sitk(image)",
+    "nibabel.Nifti1Image": "Volume.from_nibabel(image)",
+    "pyvista.ImageData": "Volume.from_pyvista(image_data)",
+    "vtkmodules.vtkImageData": "Volume.from_vtk(image_data)",
+}
+
 # What was probably meant by a value for a parameter: the parameter; the value's type, with its package; a word that the
 # expected value must have, as several functions have a parameter of this name; and the meaning.
 _MEANINGS = (
@@ -29,19 +37,10 @@ _MEANINGS = (
     ("images", "numpy.ndarray", "Image", "the images that render() returns"),
     ("volume", "isospline.Isosurface", "colours", "ColorByVolume(other), with a volume that varies on the surface"),
     ("volume", "isospline.Isosurface", "", "surface.volume"),
-    ("volume", "SimpleITK.Image", "", "Volume.from_sitk(image)"),
-    ("volume", "nibabel.Nifti1Image", "", "Volume.from_nibabel(image)"),
-    ("volume", "pyvista.ImageData", "", "Volume.from_pyvista(image_data)"),
-    ("volume", "vtkmodules.vtkImageData", "", "Volume.from_vtk(image_data)"),
+    *(("volume", kind, "", meaning) for kind, meaning in _IMAGES.items()),
     ("volume", "path", "", "read_volume(path)"),
-    *(
-        ("data", kind, "labels", "Labels(VolumeData.from_affine(array, affine))")
-        for kind in ("SimpleITK.Image", "nibabel.Nifti1Image", "pyvista.ImageData", "vtkmodules.vtkImageData")
-    ),
-    ("data", "SimpleITK.Image", "three-dimensional", "Volume.from_sitk(image)"),
-    ("data", "nibabel.Nifti1Image", "three-dimensional", "Volume.from_nibabel(image)"),
-    ("data", "pyvista.ImageData", "three-dimensional", "Volume.from_pyvista(image_data)"),
-    ("data", "vtkmodules.vtkImageData", "three-dimensional", "Volume.from_vtk(image_data)"),
+    *(("data", kind, "labels", "Labels(VolumeData.from_affine(array, affine))") for kind in _IMAGES),
+    *(("data", kind, "three-dimensional", meaning) for kind, meaning in _IMAGES.items()),
     ("data", "isospline.VolumeData", "three-dimensional", "data.to_volume()"),
     ("data", "path", "three-dimensional", "read_volume(path).to_volume()"),
     ("data", "path", "", "read_volume(path)"),

@@ -44,12 +44,6 @@ def part(value, name):
     return exact[name] if name in exact else getattr(value, name)
 
 
-def _equal(self, other):
-    if type(other) is not type(self):
-        return NotImplemented
-    return same(parts(self), parts(other))
-
-
 def same(one, other):
     """Whether two parts of values, results or states of objects are equal; NaN in arrays equals NaN."""
     if isinstance(one, dict):
@@ -66,10 +60,6 @@ def same(one, other):
             type(one) is type(other) and same(one.__reduce_ex__(2)[1:3], other.__reduce_ex__(2)[1:3])
         )
     return type(one) is type(other) and bool(one == other)
-
-
-def _hash(self):
-    return hash((type(self), *(_hashable(part) for part in parts(self).values())))
 
 
 def _hashable(part):
@@ -91,10 +81,6 @@ def _hashable(part):
 
 def _make(kind, given):
     return kind(**given)
-
-
-def _reduce(self):
-    return _make, (type(self), parts(self))
 
 
 def itself(self, memo=None):
@@ -153,14 +139,15 @@ class Value:
         return self.replace(**changes)
 
     def __eq__(self, other: object) -> Any:
-        return _equal(self, other)
+        if type(other) is not type(self):
+            return NotImplemented
+        return same(parts(self), parts(other))
 
     def __hash__(self) -> int:
-        number: int = _hash(self)
-        return number
+        return hash((type(self), *(_hashable(part) for part in parts(self).values())))
 
     def __reduce__(self) -> Any:
-        return _reduce(self)
+        return _make, (type(self), parts(self))
 
     def __copy__(self) -> Self:
         return self
@@ -178,11 +165,5 @@ def text_of(part: Any) -> str:
     return f"{part:.12g}" if isinstance(part, float) else repr(part)
 
 
-for _name, _method in {
-    "__eq__": _equal,
-    "__hash__": _hash,
-    "__reduce__": _reduce,
-    "__copy__": itself,
-    "__deepcopy__": itself,
-}.items():
-    setattr(_core.PathTracer, _name, _method)
+for _name in ("__eq__", "__hash__", "__reduce__", "__copy__", "__deepcopy__"):
+    setattr(_core.PathTracer, _name, getattr(Value, _name))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..scene import Isosurface, Scene, Volume
+from ..scene.public import from_state
 from ..scene.scene import scene_of
 from ..store.layout import Part
 from ..store.volume import reopen
@@ -54,9 +55,7 @@ class PartOfScene:
                 if store not in volumes:
                     folder, array, memory_limit = store
                     volumes[store] = reopen(folder, array, memory_limit, part)
-                surface = Isosurface.__new__(Isosurface)
-                surface.__setstate__(state | {"volume": volumes[store]})
-                surfaces[id(state)] = surface
+                surfaces[id(state)] = from_state(Isosurface, state | {"volume": volumes[store]})
             return surfaces[id(state)]
 
         objects = [(id, made(state), *rest) for id, state, *rest in objects]

@@ -65,17 +65,7 @@ def to_meshio(self):
     )
 
 
-def surface_to_trimesh(self, tolerance=None, *, faces=None, for_print=False):
-    """See `Isosurface.to_trimesh`."""
-    return _mesh_of(self, tolerance, faces, for_print)[0].to_trimesh()
-
-
-def surface_to_pyvista(self, tolerance=None, *, faces=None, for_print=False):
-    """See `Isosurface.to_pyvista`."""
-    return _mesh_of(self, tolerance, faces, for_print)[0].to_pyvista()
-
-
-def _mesh_of(surface, tolerance, faces, for_print, progress=None):
+def mesh_of(surface, tolerance, faces, for_print, progress=None):
     """The mesh, and what was done if it is for a printer."""
     if for_print:
         return surface.to_print_mesh(tolerance, faces=faces, progress=progress)
@@ -104,7 +94,7 @@ def write_surface(self, path, tolerance=None, *, faces=None, for_print=False, pr
     if not for_print and is_written_in_parts(self, path, tolerance, faces):
         write_stl_in_parts(self, path, progress)
         return None
-    mesh, report = _mesh_of(self, tolerance, faces, for_print, progress)
+    mesh, report = mesh_of(self, tolerance, faces, for_print, progress)
     mesh.write(path, unit=three_mf.unit_for(path, self.volume))
     return report
 
@@ -223,7 +213,7 @@ def _srgb_colors(mesh):
     """(V, 3) uint8 colours for files, or None."""
     if mesh.colors is None:
         return None
-    return _bytes_of(mesh.colors)
+    return np.rint(255 * np.clip(np.asarray(mesh.colors), 0, 1)).astype(np.uint8)
 
 
 def _unit(vectors):
@@ -232,10 +222,6 @@ def _unit(vectors):
     vectors = vectors / np.where(largest > 0, largest, 1)  # whose squares neither overflow nor vanish
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(lengths > 0, lengths, 1)
-
-
-def _bytes_of(colors):
-    return np.rint(255 * np.clip(np.asarray(colors), 0, 1)).astype(np.uint8)
 
 
 # The standard's attributes are written in its types alone; those of applications, with a line before, in any type.

@@ -40,8 +40,15 @@ def components_of(faces, vertex_count):
     (F,) int64 array
     int
     """
-    roots = np.arange(vertex_count)
     begin, end = np.concatenate([faces[:, :2], faces[:, 1:]]).astype(np.int64).T
+    roots = roots_of(begin, end, vertex_count)
+    found, labels = np.unique(roots[faces[:, 0]], return_inverse=True)
+    return labels.reshape(-1), len(found)
+
+
+def roots_of(begin, end, count):
+    """The smallest of the points that edges connect with each of `count` points; edges begin and end at these."""
+    roots = np.arange(count)
     # Each round hooks the roots of edges onto lower ones, and then makes all trees flat.
     while len(begin) > 0:
         higher, lower = np.maximum(begin, end), np.minimum(begin, end)
@@ -50,8 +57,7 @@ def components_of(faces, vertex_count):
             roots = flat
         begin, end = roots[begin], roots[end]
         begin, end = begin[begin != end], end[begin != end]
-    found, labels = np.unique(roots[faces[:, 0]], return_inverse=True)
-    return labels.reshape(-1), len(found)
+    return roots
 
 
 def signed_volumes(vertices, faces, labels, count):

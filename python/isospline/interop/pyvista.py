@@ -66,8 +66,3 @@ def class_name(self):
     known: Any = pyvista._wrappers
     known.setdefault(name, _FromMesh)
     return name
-
-
-def mesh_from_pyvista(cls, mesh, **options):
-    """See `Mesh.from_pyvista`."""
-    return vtk.mesh_from_vtk(cls, mesh, **options)

@@ -71,6 +71,11 @@ def check_samples(shape, dtype, *, mapped=False):
         check_memory(math.prod(shape) * dtype.itemsize, f"{size_text(shape)} samples of {dtype}")
 
 
+def without_series(shape):
+    """The shape, x first, without further axes of length one: a single volume may be stored as a series of one."""
+    return shape[:3] if all(count == 1 for count in shape[3:]) else shape
+
+
 def check_memory(needed, what):
     """Check that this number of bytes fits into memory."""
     available = available_memory()

@@ -12,8 +12,8 @@ from .read import errors_name
 
 # Formats whose headers may name other files with the samples, and the function that lists these.
 _HEADERS = {
-    (".nrrd", ".nhdr"): ("NRRD", nrrd.sample_files),
-    (".mha", ".mhd"): ("MetaImage", metaimage.sample_files),
+    nrrd.SUFFIXES: ("NRRD", nrrd.sample_files),
+    metaimage.SUFFIXES: ("MetaImage", metaimage.sample_files),
     tiff.SUFFIXES: ("TIFF", tiff.sample_files),
 }
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import isolated
-from .checks import check_components, check_samples, utf8
+from .checks import check_components, check_samples, utf8, without_series
 from .volume_data import VolumeData
 
 _TYPES = {
@@ -55,7 +54,10 @@ class Header(NamedTuple):
 
 
 def read_header(path, image_io, slices=1, mapped=False):
-    """Read a header in a process of its own, and check it as `check_header` does."""
+    """Read a header in a process of its own, and check the samples' shape and type.
+
+    There are `slices` times as many samples; `mapped` ones need no memory.
+    """
     fields = isolated.call(
         "isospline.io.itk:load_header", Path(path), "SimpleITK", image_io=image_io, slices=slices, mapped=mapped
     )
@@ -64,9 +66,11 @@ def read_header(path, image_io, slices=1, mapped=False):
 
 def load_header(path, image_io, slices, mapped):
     """The fields of the header of a file, for `isolated.call`."""
-    with quiet():
-        reader = open_header(path, image_io)
-        check_header(reader, slices, mapped)
+    import SimpleITK
+
+    SimpleITK.ProcessObject.SetGlobalWarningDisplay(False)  # on standard error
+    reader = open_header(path, image_io)
+    _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices, mapped)
     return {
         "size": list(reader.GetSize()),
         "dtype": dtype_of(reader.GetPixelID()).str,
@@ -74,11 +78,6 @@ def load_header(path, image_io, slices, mapped):
         "origin": list(reader.GetOrigin()),
         "direction": list(reader.GetDirection()),
     }
-
-
-def check_header(reader, slices, mapped):
-    """Check the samples' shape and type in the header, for `slices` times as many; `mapped` samples need no memory."""
-    _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices, mapped)
 
 
 def check_image(image):
@@ -98,7 +97,7 @@ def dtype_of(pixel_id):
 
 def _check(components, pixel_id, size, slices=1, mapped=False):
     check_components(components)
-    shape = _spatial(size)[::-1]
+    shape = without_series(size)[::-1]
     check_samples((shape[0] * slices, *shape[1:]), dtype_of(pixel_id), mapped=mapped)
 
 
@@ -106,25 +105,6 @@ def to_volume_data(image):
     """The samples and the place of an image with three axes. Further axes must have one sample each."""
     import SimpleITK
 
-    dimension = image.GetDimension()
     data = SimpleITK.GetArrayFromImage(image).reshape(image.GetSize()[2::-1])
-    direction = np.reshape(image.GetDirection(), (dimension, dimension))[:3, :3]
-    return VolumeData(data, image.GetSpacing()[:3], image.GetOrigin()[:3], direction)
-
-
-def _spatial(size):
-    """Drop further axes of length one: a single volume may be stored as a series of one."""
-    return size[:3] if all(count == 1 for count in size[3:]) else size
-
-
-@contextlib.contextmanager
-def quiet():
-    """Suppress ITK's warnings on standard error."""
-    import SimpleITK
-
-    shown = SimpleITK.ProcessObject.GetGlobalWarningDisplay()
-    SimpleITK.ProcessObject.SetGlobalWarningDisplay(False)
-    try:
-        yield
-    finally:
-        SimpleITK.ProcessObject.SetGlobalWarningDisplay(shown)
+    place = image.GetSpacing(), image.GetOrigin(), image.GetDirection()
+    return Header(image.GetSize(), data.dtype.str, *place).to_volume_data(data)

@@ -18,6 +18,7 @@ from .checks import check_file, integer_of, utf8
 from .confinement import check_within
 from .packed import read_samples, read_text
 
+SUFFIXES = (".mha", ".mhd")
 # The longest line of a header in bytes: ITK reads it into a buffer of fixed size.
 LINE_LIMIT = 4000
 # The largest dimension of ITK's images.

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import isolated
-from .checks import check_components, check_samples
+from .checks import check_components, check_samples, without_series
 from .packed import check_skip, read_samples
 from .volume_data import VolumeData
 
+SUFFIXES = (".nii", ".nii.gz")
 # The world of NIfTI is RAS, the world of DICOM and ITK is LPS.
 LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 # Suffixes of files that cannot be mapped into memory.
@@ -64,7 +65,7 @@ def read(path, load=None):
     header = Header(**isolated.call("isospline.io.nifti:load_header", Path(path), "nibabel"))
     compression = "gzip" if _is_compressed(path) else None
     scaling = Scaling(header.slope, header.inter) if (header.slope, header.inter) != (1, 0) else None
-    shape, dtype = tuple(_without_series(header.shape))[::-1], np.dtype(header.dtype)
+    shape, dtype = tuple(without_series(header.shape))[::-1], np.dtype(header.dtype)
     check_samples(shape, float if scaling else dtype, mapped=load or not (scaling or compression))
     if load is not None:
         data = load(path, header.begin, shape, dtype, compression, scaling)
@@ -147,7 +148,7 @@ def to_volume_data(image):
     check_components(len(dtype.names or "1"))
     if image.affine is None:
         raise ValueError("expected an affine, the place of the samples, got None")
-    shape = _without_series(image.shape)
+    shape = without_series(image.shape)
     scaled = in_file and (getattr(stored, "slope", 1), getattr(stored, "inter", 0)) != (1, 0)
     compressed = in_file and str(image.get_filename()).lower().endswith(COMPRESSED)
     check_samples(shape[::-1], float if scaled else dtype, mapped=not (scaled or compressed))
@@ -156,11 +157,6 @@ def to_volume_data(image):
     # Formats that are not NIfTI have a patient's world.
     about = _about(image.header) if isinstance(image, _nifti_types()) else {"patient": True, "unit": ""}
     return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine).replace(**about)
-
-
-def _without_series(shape):
-    """The shape without further axes of length one: a single volume may be stored as a series of one."""
-    return shape[:3] if all(count == 1 for count in shape[3:]) else shape
 
 
 def _about(header):

@@ -18,6 +18,7 @@ from .checks import check_file, integer_of, one_unit, utf8
 from .confinement import check_within
 from .packed import check_skip, read_as, read_samples, read_text
 
+SUFFIXES = (".nrrd", ".nhdr")
 _TEXTS = ("ascii", "text", "txt")
 _COMPRESSIONS = {"raw": None, "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"}
 # Values of the field `space` that name a patient's axes; ITK converts them to LPS.

@@ -26,15 +26,11 @@ from .volume_data import VolumeData
 
 #: Formats by the suffix of the file name: name, reader, and which options of `read_volume` the reader accepts.
 FORMATS: dict[str, tuple[str, Any, tuple[str, ...]]] = {
-    ".nii": ("NIfTI", nifti.read, ()),
-    ".nii.gz": ("NIfTI", nifti.read, ()),
-    ".nrrd": ("NRRD", nrrd.read, ("within",)),
-    ".nhdr": ("NRRD", nrrd.read, ("within",)),
-    ".mha": ("MetaImage", metaimage.read, ("within",)),
-    ".mhd": ("MetaImage", metaimage.read, ("within",)),
+    **dict.fromkeys(nifti.SUFFIXES, ("NIfTI", nifti.read, ())),
+    **dict.fromkeys(nrrd.SUFFIXES, ("NRRD", nrrd.read, ("within",))),
+    **dict.fromkeys(metaimage.SUFFIXES, ("MetaImage", metaimage.read, ("within",))),
     ".dcm": ("DICOM", dicom.read_file, ()),
-    ".tif": ("TIFF", tiff.read_file, ("within",)),
-    ".tiff": ("TIFF", tiff.read_file, ("within",)),
+    **dict.fromkeys(tiff.SUFFIXES, ("TIFF", tiff.read_file, ("within",))),
     ".vtk": ("legacy VTK", vtk.read_legacy, ("name",)),
     ".vti": ("VTK XML", vtk.read_xml, ("name",)),
     ".npy": ("NPY", arrays.read_npy, ()),

@@ -101,8 +101,8 @@ def load_layout(path):
 
 def load_names(path):
     """The names of `sample_files`, in this process."""
-    with _quiet():
-        return {"names": sorted(_names_in(Path(path)))}
+    _be_quiet()
+    return {"names": sorted(_names_in(Path(path)))}
 
 
 def load_pages(path, first, last):
@@ -150,10 +150,10 @@ def _opened(path, within, **flags):
     import tifffile
 
     _check_pages(path)
-    with _quiet():
-        is_of_several = within is None or _names_files(path, within)
-        with tifffile.TiffFile(path, _multifile=is_of_several, **flags) as file:
-            yield file
+    _be_quiet()
+    is_of_several = within is None or _names_files(path, within)
+    with tifffile.TiffFile(path, _multifile=is_of_several, **flags) as file:
+        yield file
 
 
 def _names_in(path):
@@ -326,13 +326,6 @@ def _check_pages(path):
             at = begin + step * count
 
 
-@contextlib.contextmanager
-def _quiet():
+def _be_quiet():
     """Suppress tifffile's log, which Python prints if logging is not configured."""
-    logger = logging.getLogger("tifffile")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)
+    logging.getLogger("tifffile").setLevel(logging.CRITICAL + 1)

@@ -26,7 +26,7 @@ def read(path: str | os.PathLike[str], **place: Any) -> tuple[VolumeData, list[S
     """
     check_path(path)
     name = os.fspath(path).lower()
-    if name.endswith((".nrrd", ".nhdr")) and os.path.isfile(path) and place.get("shape") is None:
+    if name.endswith(nrrd.SUFFIXES) and os.path.isfile(path) and place.get("shape") is None:
         with errors_name(path, "NRRD"):
             values = nrrd.read_header(path).values
             segments = _slicer_segments(values)
@@ -37,7 +37,7 @@ def read(path: str | os.PathLike[str], **place: Any) -> tuple[VolumeData, list[S
         if found is not None:
             return found[0], _dicom_segments(found[1])
     data = read_volume(path, **place)
-    if name.endswith((".nii", ".nii.gz")):
+    if name.endswith(nifti.SUFFIXES):
         return data, _nifti_labels(Path(path))
     return data, {}
 
@@ -47,10 +47,10 @@ def has_segments(path: str | os.PathLike[str]) -> bool:
     name = os.fspath(path).lower()
     if not os.path.isfile(path):
         return False
-    if name.endswith((".nrrd", ".nhdr")):
+    if name.endswith(nrrd.SUFFIXES):
         with errors_name(path, "NRRD"):
             return bool(_slicer_segments(nrrd.read_header(path).values))
-    if name.endswith((".nii", ".nii.gz")):
+    if name.endswith(nifti.SUFFIXES):
         return bool(_nifti_labels(Path(path)))
     if _may_be_dicom(path):
         with errors_name(path, "DICOM"):

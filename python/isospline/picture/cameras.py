@@ -14,7 +14,8 @@ from ..base.mistakes import sentence
 from ..base.parameters import check_count, check_plain, check_type
 from ..base.signatures import explained
 from ..base.views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
-from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
+from ..cameras import OrthographicCamera, PerspectiveCamera
+from ..cameras.camera import _Camera
 from ..scene import Isosurface, Mesh, Scene
 from ..suggest.presentation import suggested_view
 
@@ -37,12 +38,8 @@ NO_SPACE: Space = (0.0, 0.0, 0.0)
 
 def check_camera(camera: object) -> None:
     """Raise TypeError unless an object is a camera."""
-    kinds = (
-        *(PerspectiveCamera, ProjectionPlaneCamera),
-        *(OrthographicCamera, PanoramicCamera),
-    )
     expected = "a PerspectiveCamera, a ProjectionPlaneCamera, an OrthographicCamera or a PanoramicCamera"
-    check_type(camera, "camera", kinds, expected)
+    check_type(camera, "camera", _Camera, expected)
 
 
 @explained
@@ -115,7 +112,8 @@ def camera_for(
     >>> isospline.camera_for([(-1, -1, -1), (1, 1, 1)], view="top", projection="orthographic", margin=0, size=(9, 9))
     OrthographicCamera(eye=(0, 0, 4.73205080757), target=(0, 0, 0), up=(0, 1, 0), height=2)
     """
-    return camera_beside(NO_SPACE, scene, view, up, projection, field_of_view, size, margin)
+    framing = dict(projection=projection, field_of_view=field_of_view, size=size, margin=margin)
+    return camera_beside(NO_SPACE, scene, view, up, **framing)
 
 
 def camera_beside(
@@ -123,14 +121,11 @@ def camera_beside(
     scene: Bounded,
     view: View = DEFAULT_VIEW,
     up: ArrayLike | None = None,
-    projection: Projection = "perspective",
-    field_of_view: float = 30.0,
-    size: tuple[int, int] = SIZE,
-    margin: float = 0.05,
+    **framing: Any,
 ) -> PerspectiveCamera | OrthographicCamera:
-    """The camera of `camera_for` that leaves space for marks."""
+    """The camera of `camera_for` that leaves space for marks; `framing` are its other options."""
     view, up = suggested_for(scene, view, up)
-    return _Fit(extent_of(scene), view, up, projection, field_of_view, size, margin, space).camera()
+    return _Fit(extent_of(scene), view, up, space=space, **framing).camera()
 
 
 @explained
@@ -175,7 +170,8 @@ def turntable_cameras(
     >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
     [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
     """
-    return cameras_around(NO_SPACE, scene, count, view, up, projection, field_of_view, size, margin)
+    framing = dict(projection=projection, field_of_view=field_of_view, size=size, margin=margin)
+    return cameras_around(NO_SPACE, scene, count, view, up, **framing)
 
 
 def cameras_around(
@@ -184,14 +180,11 @@ def cameras_around(
     count: int,
     view: View = DEFAULT_VIEW,
     up: ArrayLike | None = None,
-    projection: Projection = "perspective",
-    field_of_view: float = 30.0,
-    size: tuple[int, int] = SIZE,
-    margin: float = 0.05,
+    **framing: Any,
 ) -> list[PerspectiveCamera | OrthographicCamera]:
-    """The cameras of `turntable_cameras` that leave space for marks."""
+    """The cameras of `turntable_cameras` that leave space for marks; `framing` are its other options."""
     view, up = suggested_for(scene, view, up)
-    return turn(extent_of(scene), count, view, up, projection, field_of_view, size, margin, space)
+    return turn(extent_of(scene), count, view, up, space=space, **framing)
 
 
 def suggested_for(scene: Any, view: View, up: ArrayLike | None) -> tuple[View, ArrayLike | None]:
@@ -202,15 +195,7 @@ def suggested_for(scene: Any, view: View, up: ArrayLike | None) -> tuple[View, A
 
 
 def turn(
-    extent: Extent,
-    count: int,
-    view: View,
-    up: ArrayLike | None,
-    projection: Projection,
-    field_of_view: float,
-    size: tuple[int, int],
-    margin: float = 0.05,
-    space: Space = NO_SPACE,
+    extent: Extent, count: int, view: View, up: ArrayLike | None, **framing: Any
 ) -> list[PerspectiveCamera | OrthographicCamera]:
     """The cameras of `cameras_around`; the extent is asked for before each of them."""
     check_count(count)
@@ -220,11 +205,11 @@ def turn(
     fits = []
     for step in range(int(count)):
         side = _turned(direction, axis, 2 * math.pi * step / count)
-        fits.append(_Fit(extent, side, axis, projection, field_of_view, size, margin, space))
+        fits.append(_Fit(extent, side, axis, **framing))
 
     # At the farthest distance, all is visible from every side.
     center = extent(np.eye(3)).mean(axis=1)
-    if projection == "orthographic":
+    if fits[0].projection == "orthographic":
         height = max(fit.height_about(center) for fit in fits)
         radius = max(fit.radius for fit in fits)
         return [fit.orthographic(fit.shifted(center, height), height, radius) for fit in fits]
@@ -236,7 +221,18 @@ def turn(
 class _Fit:
     """The cameras on one side of an object that show all of it; `extent` is the object's extent."""
 
-    def __init__(self, extent, view, up, projection, field_of_view, size, margin, space=NO_SPACE):
+    def __init__(
+        self,
+        extent,
+        view,
+        up,
+        *,
+        projection="perspective",
+        field_of_view=30.0,
+        size=SIZE,
+        margin=0.05,
+        space=NO_SPACE,
+    ):
         direction, natural_up = direction_of(view)
         check_plain(up, "up")
         self.up = np.asarray(natural_up if up is None else up, dtype=float)

@@ -8,7 +8,6 @@ from .._core import Isosurface, Mesh, Scene, Volume, _as_array
 from ..base.handed import handed, known
 from ..base.mistakes import sentence
 from ..interop.meshio import mesh_from_meshio
-from ..interop.pyvista import mesh_from_pyvista
 from ..interop.trimesh import mesh_from_trimesh
 from ..interop.vtk import mesh_from_vtk
 from ..io.volume_data import VolumeData
@@ -16,7 +15,7 @@ from ..io.volume_data import VolumeData
 # What converts a library's mesh, by the package of its type.
 _MESHES = {
     "trimesh": mesh_from_trimesh,
-    "pyvista": mesh_from_pyvista,
+    "pyvista": mesh_from_vtk,
     "meshio": mesh_from_meshio,
     "vtkmodules": mesh_from_vtk,
 }

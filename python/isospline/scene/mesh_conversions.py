@@ -9,7 +9,7 @@ from .. import _core
 from ..base.signatures import methods_of
 from ..interop.mesh_output import to_meshio, to_pyvista, to_trimesh, write_mesh
 from ..interop.meshio import mesh_from_meshio
-from ..interop.pyvista import class_name, mesh_from_pyvista
+from ..interop.pyvista import class_name
 from ..interop.trimesh import mesh_from_trimesh
 from ..interop.vtk import mesh_from_vtk
 
@@ -89,7 +89,7 @@ class MeshConversions(_core.Mesh):
         >>> isospline.Mesh.from_pyvista(pyvista.Cube()).faces.shape
         (12, 3)
         """
-        return mesh_from_pyvista(cls, mesh, **options)
+        return mesh_from_vtk(cls, mesh, **options)
 
     @classmethod
     def from_trimesh(cls, mesh: object, **options: Any) -> Self:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +25,14 @@ from ..io.confinement import check_within
 from ..io.vtk import LIBRARIES, check_end, check_messages, messages
 from .gltf_parts import take_marked_parts, with_marked_parts
 from .mesh import Mesh
-from .mesh_guards import check_gmsh, check_stl
 from .mesh_references import check_entities, check_references, resolver_within
 from .obj_files import read_obj
 from .off_files import read_off
 from .ply_files import read_ply
 from .three_mf_files import read_3mf
+
+# Bytes of a header or trailer that are checked before a library reads a file.
+_GUARDED = 1 << 16
 
 
 @explained
@@ -133,7 +136,7 @@ def load_trimesh(path, within):
     file_type = path.suffix[1:].lower()
     is_gltf = file_type in ("glb", "gltf")
     if file_type == "stl":
-        check_stl(path)
+        _check_stl(path)
     check_entities(path, within)
     resolver: Any = FilePathResolver(str(path)) if within is None else resolver_within(path, within)
     with open(path, "rb") as file:
@@ -218,7 +221,7 @@ def _read_msh(path):
 
     with open(path, "rb") as file:
         if file.read(1) == b"$":
-            check_gmsh(path)
+            _check_gmsh(path)
             return meshio.gmsh.read(utf8(path))
     return meshio.ansys.read(utf8(path))
 
@@ -239,3 +242,37 @@ _READERS = {
     **dict.fromkeys((".vtk", ".vtp", ".vtu"), ("load_vtk", f"{LIBRARIES} vtkmodules.vtkFiltersGeometry")),
 }
 _MESHIO = ("load_meshio", "meshio pyvista")
+
+
+# Libraries would accept truncated files of these formats.
+
+
+def _check_stl(path):
+    """Check that a file is complete."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as file:
+        beginning = file.read(84)
+        count = int.from_bytes(beginning[80:], "little")
+        if size >= 84 and size == 84 + 50 * count:
+            return
+        if b"solid" not in beginning.lower():
+            expected = f"{84 + 50 * count} bytes of {count} triangles" if size >= 84 else "at least 84 bytes"
+            raise ValueError(f"expected {expected}, got {size}: the file is truncated or damaged")
+        file.seek(-min(size, _GUARDED), os.SEEK_END)
+        last = file.read().strip().rpartition(b"\n")[2].strip().lower()
+    if not last.startswith(b"endsolid"):
+        raise ValueError("expected endsolid in the last line: the file is truncated")
+
+
+def _check_gmsh(path):
+    """Check that each section of a file has its end."""
+    with open(path, "rb") as file:
+        begun = None
+        for line in iter(lambda: file.readline(_GUARDED), b""):
+            match = re.fullmatch(rb"\$([A-Za-z]+)\s*", line)
+            if match and match[1].startswith(b"End"):
+                begun = None
+            elif match and begun is None:
+                begun = match[1]
+    if begun is not None:
+        raise ValueError(f"expected $End{begun.decode()}: the file is truncated")

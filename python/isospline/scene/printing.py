@@ -10,6 +10,7 @@ from ..base.results import PrintReport
 from ..base.system import warn
 from ..interop.mesh_topology import components_of, equal_rows, open_edges, signed_volumes
 from .cells import cell_shift, index_shape
+from .public import from_state
 
 # The farthest that a vertex at the border of the volume may be from it, in samples.
 _ROUNDING = 1e-6
@@ -61,10 +62,7 @@ def _closed_solid(surface, progress):
 
 
 def _changed(state, **options):
-    kind = known("Isosurface")
-    surface = kind.__new__(kind)
-    surface.__setstate__({**state, **options})
-    return surface
+    return from_state(known("Isosurface"), {**state, **options})
 
 
 def _check_closed(mesh, surface):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from .. import _core
@@ -32,7 +33,7 @@ def attributes_of(made: Any) -> dict[str, Any]:
     return dict(getattr(made, "__dict__", {}))
 
 
-def from_state(kind: Any, state: dict[str, Any], attributes: dict[str, Any]) -> Any:
+def from_state(kind: Any, state: dict[str, Any], attributes: Mapping[str, Any] = MappingProxyType({})) -> Any:
     """An object of a class, from a pickle."""
     made = kind.__new__(kind)
     made.__setstate__(state)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from .. import _core
 from ..base.signatures import methods_of
-from ..interop.mesh_output import surface_to_pyvista, surface_to_trimesh, write_surface
+from ..interop.mesh_output import mesh_of, write_surface
 from ..interop.mesh_parts import parts_of
 from ..interop.pyvista import class_name
 from .printing import to_print_mesh
@@ -294,7 +294,7 @@ class SurfaceMeshes(_core.Isosurface):
         -------
         pyvista.PolyData
         """
-        return surface_to_pyvista(self, tolerance, faces=faces, for_print=for_print)
+        return mesh_of(self, tolerance, faces, for_print)[0].to_pyvista()
 
     def to_trimesh(self, tolerance: float | None = None, *, faces: int | None = None, for_print: bool = False) -> Any:
         """Convert its mesh to trimesh: ``surface.to_mesh(tolerance, faces=faces).to_trimesh()``.
@@ -311,7 +311,7 @@ class SurfaceMeshes(_core.Isosurface):
         -------
         trimesh.Trimesh
         """
-        return surface_to_trimesh(self, tolerance, faces=faces, for_print=for_print)
+        return mesh_of(self, tolerance, faces, for_print)[0].to_trimesh()
 
     @overload
     def write(

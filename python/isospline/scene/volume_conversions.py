@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from ..base.signatures import methods_of
-from ..interop.nibabel import volume_from_nibabel
+from ..interop.images import volume_from_nibabel, volume_from_sitk
 from ..interop.pyvista import volume_from_pyvista, volume_to_pyvista
-from ..interop.sitk import volume_from_sitk
 from ..interop.vtk import volume_from_vtk
 from ..interop.xarray import volume_from_xarray
 

@@ -13,7 +13,7 @@ from ..base.handed import handed
 from ..base.mistakes import sentence
 from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
-from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
+from ..cameras.camera import _Camera
 from ..scene import Volume
 from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .volume import open_level
@@ -23,13 +23,6 @@ if TYPE_CHECKING:
 
 #: Points along each edge of a volume's box at which the size of a voxel in the picture is computed.
 _POINTS = 9
-
-_CAMERAS = (
-    PerspectiveCamera,
-    ProjectionPlaneCamera,
-    OrthographicCamera,
-    PanoramicCamera,
-)
 
 #: Longest edge, in samples, of the overview level.
 _OVERVIEW = 256
@@ -65,7 +58,7 @@ def scale_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: 
     OSError, ValueError
         For a folder that is not a complete store, as `open_volume` does, and for a size below 1.
     """
-    check_type(camera, "camera", _CAMERAS, "a camera of isospline")
+    check_type(camera, "camera", _Camera, "a camera of isospline")
     if np.asarray(size, dtype=object).shape != (2,):  # objects, as a list may be ragged
         raise TypeError(sentence("size", "width and height", size))
     for pixels in size:

@@ -56,41 +56,34 @@ def create_samples(root: Path, key: str, shape: Any, chunk: int, shard: Any, dty
 
 
 def _create_sharded(root, key, shape, chunk, shard, dtype, compressors):
+    sharding: Any = dict(chunks=(chunk,) * 3, shards=tuple(shard), dimension_names=("z", "y", "x"))
+    _create(root, key, tuple(shape), dtype, compressors, **sharding)
+
+
+def _create(root, key, shape, dtype, compressors, **options):
     codecs = zarr().codecs
     with writing(root / key / "zarr.json"):
         zarr().create_array(
             str(root),
             name=key,
-            shape=tuple(shape),
+            shape=shape,
             dtype=dtype,
-            chunks=(chunk,) * 3,
-            shards=tuple(shard),
             serializer=codecs.BytesCodec(endian="little"),
             compressors=[*compressors, codecs.Crc32cCodec()],
             filters=None,
             fill_value=0,
-            dimension_names=("z", "y", "x"),
             overwrite=True,
+            **options,
         )
 
 
 def create_ranges(root: Path, key: str, cell_shape: Any, shard: Any) -> None:
     """Create the empty array of a level's ranges. If possible, each chunk is for one shard of coefficients."""
-    codecs = zarr().codecs
     with writing(root / key / "zarr.json"):
         zarr().open_group(str(root), mode="r+").require_group("ranges")
-        zarr().create_array(
-            str(root),
-            name=key,
-            shape=(*(math.ceil(cells / OCTET_SIZE) for cells in cell_shape), 2, 8),
-            dtype="float32",
-            chunks=(*(min(edge // OCTET_SIZE, _MOST_OCTETS) for edge in shard), 2, 8),
-            serializer=codecs.BytesCodec(endian="little"),
-            compressors=[codecs.Crc32cCodec()],
-            filters=None,
-            fill_value=0,
-            overwrite=True,
-        )
+    shape = (*(math.ceil(cells / OCTET_SIZE) for cells in cell_shape), 2, 8)
+    chunks = (*(min(edge // OCTET_SIZE, _MOST_OCTETS) for edge in shard), 2, 8)
+    _create(root, key, shape, "float32", [], chunks=chunks)
 
 
 def shard_edge(size: int, chunk: int, chunks: int = SHARD_CHUNKS) -> int:

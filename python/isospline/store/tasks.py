@@ -1,8 +1,9 @@
-"""Runs tasks for many blocks, in sequence or in parallel: with Dask, on local threads or on a cluster's workers."""
+"""Runs tasks for many blocks, in sequence or in parallel: on local threads, or with Dask on a cluster's workers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Any
 
 
@@ -21,40 +22,29 @@ def run(
     items = list(items)
     if client is not None:
         _run_on_cluster(function, items, client, done)
-    elif workers == 1 or len(items) < 2 or not _has_dask():
+    elif workers == 1 or len(items) < 2:
         for item in items:
             done(function(item))
     else:
         _run_on_threads(function, items, workers, done)
 
 
-def _has_dask():
-    try:
-        import dask  # noqa: F401
-    except ImportError:
-        return False
-    return True
-
-
 def _run_on_threads(function, items, workers, done):
-    from dask.base import compute
-    from dask.callbacks import Callback
-    from dask.delayed import delayed
-
-    def finished(key, result, *_):
-        done(result)
-
-    tasks = [delayed(function, pure=False)(item) for item in items]
-    with Callback(posttask=finished):
-        compute(*tasks, scheduler="threads", num_workers=workers, optimize_graph=False)
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for future in as_completed([pool.submit(function, item) for item in items]):
+                done(future.result())
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def _run_on_cluster(function, items, client, done):
-    from dask.distributed import as_completed
+    from dask import distributed
 
     futures = client.map(function, items, pure=False)
     try:
-        for future in as_completed(futures):
+        for future in distributed.as_completed(futures):
             done(future.result())
     finally:
         client.cancel([future for future in futures if not future.done()])

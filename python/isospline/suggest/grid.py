@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..interop.mesh_topology import roots_of
 from ..scene.cells import index_shape
 
 #: The side of a level on which a solid is.
@@ -117,14 +118,7 @@ def pieces(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int
         both = (a >= 0) & (b >= 0)
         pairs.append(np.stack([a[both], b[both]]))
     first, second = np.concatenate(pairs, axis=1)
-    root = np.arange(np.count_nonzero(inside))
-    # Each pair hangs the larger root below the smaller one; then all points jump to their roots.
-    while len(first):
-        np.minimum.at(root, np.maximum(root[first], root[second]), np.minimum(root[first], root[second]))
-        while (root != (upper := root[root])).any():
-            root = upper
-        apart = root[first] != root[second]
-        first, second = first[apart], second[apart]
+    root = roots_of(first, second, np.count_nonzero(inside))
     roots, number, sizes = np.unique(root, return_inverse=True, return_counts=True)
     order = np.argsort(-sizes, kind="stable")
     rank = np.empty(len(roots), int)

@@ -76,32 +76,27 @@ def _is_finite(value):
         return False
 
 
-def whole(value, name):
-    """A whole number of at least 0."""
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise ValueError(f"{name}: expected a whole number of at least 0, got {value!r}")
-    return value
+def _kind(is_valid, expected):
+    """A value that is valid, as the words say."""
+
+    def check(value, name):
+        if not is_valid(value):
+            raise ValueError(f"{name}: expected {expected}, got {value!r}")
+        return value
+
+    return check
 
 
-def count(value, name):
-    """A whole number of at least 1."""
-    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-        raise ValueError(f"{name}: expected a whole number of at least 1, got {value!r}")
-    return value
+def _whole(least):
+    def is_valid(value):
+        return isinstance(value, int) and not isinstance(value, bool) and value >= least
+
+    return _kind(is_valid, f"a whole number of at least {least}")
 
 
-def flag(value, name):
-    """True or false."""
-    if not isinstance(value, bool):
-        raise ValueError(f"{name}: expected true or false, got {value!r}")
-    return value
-
-
-def text(value, name):
-    """A string."""
-    if not isinstance(value, str):
-        raise ValueError(f"{name}: expected text, got {value!r}")
-    return value
+whole, count = _whole(0), _whole(1)
+flag = _kind(lambda value: isinstance(value, bool), "true or false")
+text = _kind(lambda value: isinstance(value, str), "text")
 
 
 def choice(*options):

@@ -51,16 +51,6 @@ def _shape(value, name):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
-class Hello(Checked):
-    """A page has connected. Its picture has this size."""
-
-    width: int = field(_side)
-    height: int = field(_side)
-
-
-@one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Size(Checked):
     """The picture has another size."""
 
@@ -69,7 +59,11 @@ class Size(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
+class Hello(Size):
+    """A page has connected. Its picture has this size."""
+
+
+@one_of(FROM_PAGE)
 class Acknowledge(Checked):
     """A picture has arrived, or slices."""
 
@@ -77,7 +71,6 @@ class Acknowledge(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Camera(Checked):
     """The camera has moved."""
 
@@ -85,7 +78,6 @@ class Camera(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Look(Checked):
     """Look from a side, as `camera_for` names it, or at everything, "home"."""
 
@@ -93,7 +85,6 @@ class Look(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Change(Checked):
     """Change fields of the state."""
 
@@ -101,7 +92,6 @@ class Change(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class ChangeObject(Checked):
     """Change fields of an object."""
 
@@ -110,7 +100,6 @@ class ChangeObject(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class AddObject(Checked):
     """Add a surface at a level, or a mesh."""
 
@@ -119,13 +108,11 @@ class AddObject(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class RemoveObject(Checked):
     id: int = field(whole)
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Close(Checked):
     """Close a volume or a mesh."""
 
@@ -133,19 +120,16 @@ class Close(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Undo(Checked):
     pass
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Redo(Checked):
     pass
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Sample(Checked):
     """Tell the value of a volume's model at a point, in grid coordinates."""
 
@@ -154,7 +138,6 @@ class Sample(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class SliceViews(Checked):
     """Other parts of the three slices are seen."""
 
@@ -167,7 +150,6 @@ class SliceViews(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Pick(Checked):
     """Measure the point at a pixel with a tool."""
 
@@ -177,19 +159,16 @@ class Pick(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class RemoveMeasurement(Checked):
     id: int = field(whole)
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class ClearMeasurements(Checked):
     pass
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Save(Checked):
     """Make a file for the page to save. The options are those of `save.save`."""
 
@@ -206,7 +185,6 @@ class NamedSource(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Restore(Checked):
     """Show what was shown by another viewer, as far as files of the same names are open."""
 
@@ -221,7 +199,6 @@ class UploadedFile(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class Upload(Checked):
     """The bytes of files follow, one file after the other: names and sizes."""
 
@@ -239,7 +216,6 @@ class RawOptions(Checked):
 
 
 @one_of(FROM_PAGE)
-@dataclass(frozen=True)
 class OpenRaw(Checked):
     """The answer to `Raw`; None leaves the file out."""
 

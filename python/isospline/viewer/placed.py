@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Isosurface, Mesh, Volume
+from ..scene.public import from_state
 from ..scene.world_units import converts
 
 
@@ -31,7 +32,7 @@ class Placement:
         normals, offsets = state["clip"][:, :3], state["clip"][:, 3]
         clip = np.column_stack([normals @ inverse[:3, :3], offsets - normals @ inverse[:3, 3]])
         clip /= np.linalg.norm(clip[:, :3], axis=1, keepdims=True)
-        return _restored(Isosurface, {**state, "volume": self._volumes[key][1], "clip": clip})
+        return from_state(Isosurface, {**state, "volume": self._volumes[key][1], "clip": clip})
 
 
 def placed_volume(volume, transform):
@@ -43,7 +44,7 @@ def placed_volume(volume, transform):
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     world = {"spacing": spacing, "origin": affine[:3, 3], "direction": affine[:3, :3] / spacing}
     state = volume.__getstate__()
-    return _restored(Volume, {**state, **world, "unit": "" if converts(transform) else state["unit"]})
+    return from_state(Volume, {**state, **world, "unit": "" if converts(transform) else state["unit"]})
 
 
 def placed_mesh(mesh, transform):
@@ -58,9 +59,3 @@ def placed_mesh(mesh, transform):
         normals /= np.where(lengths > 0, lengths, 1)  # zero where a vertex has none
     attributes = normals, mesh._colors(), mesh.material, mesh.values, mesh.values_name
     return Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, *attributes)
-
-
-def _restored(kind, state):
-    item = kind.__new__(kind)
-    item.__setstate__(state)
-    return item

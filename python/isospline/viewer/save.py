@@ -132,7 +132,8 @@ def _write_turntable(viewer, path, state, size, options):
                 raise _core.Cancelled("the viewer was closed")
             return whole(directions)
 
-        cameras = turn(extent, pictures, towards, _axis(camera.up), camera.projection, camera.field_of_view, even)
+        framing = dict(projection=camera.projection, field_of_view=camera.field_of_view, size=even)
+        cameras = turn(extent, pictures, towards, _axis(camera.up), **framing)
 
         def images():
             for number, each in enumerate(cameras):

@@ -22,7 +22,6 @@ class Steps:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class State:
     """The state that is shown, with what pages cannot know; `input` is the newest change that it contains."""
 
@@ -57,19 +56,16 @@ class SourceAbout:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Document:
     sources: tuple[SourceAbout, ...]
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class CameraMoved:
     camera: CameraState
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Options:
     """What the page may choose from; `run` differs between viewers."""
 
@@ -79,7 +75,6 @@ class Options:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class SamePicture:
     """A change did not change the picture: it is the one of another number."""
 
@@ -88,13 +83,11 @@ class SamePicture:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Error:
     text: str
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Progress:
     """Of a long task; a title of None ends it."""
 
@@ -103,7 +96,6 @@ class Progress:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Measured:
     """The answer to `Pick`; None is the background."""
 
@@ -111,7 +103,6 @@ class Measured:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Sampled:
     """The answer to `Sample`."""
 
@@ -120,7 +111,6 @@ class Sampled:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Raw:
     """A question for the shape (nz, ny, nx) and the type of a file of samples alone, with what is suggested."""
 
@@ -132,13 +122,11 @@ class Raw:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Uploaded:
     """The files of an upload have been opened, or an error has been told."""
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class Frame:
     """A picture of some objects; it is followed by its file.
 
@@ -157,7 +145,6 @@ class Frame:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class SliceValues:
     """Values of slices follow, float32: of each, the corners of the part, in grid coordinates, and rows and columns."""
 
@@ -168,7 +155,6 @@ class SliceValues:
 
 
 @one_of(TO_PAGE)
-@dataclass(frozen=True)
 class File:
     """A file to save follows."""
 

@@ -78,7 +78,7 @@ class Window:
         """Send the open sources; `fit` moves the camera to show all of them."""
         self.send(to_page.Document(tuple(source.about() for source in self._viewer.document)))
         if fit and self._size:
-            self._viewer.submit(self._look_from, "home")
+            self._viewer.submit(self._attempt, self._look_from, "home")
 
     def make_room(self, state, box):
         """Move the camera for a state that will be shown: home, or backwards if not all of a box is in the picture."""
@@ -87,9 +87,10 @@ class Window:
         if size is None:
             return
         if box is None:
-            self._look_from("home", state=state)
+            self._attempt(self._look_from, "home", state=state)
         elif camera is not None and not _shows(camera.camera(), size, box):
-            self._look_from(tuple(np.subtract(camera.eye, camera.target)), up=camera.up, state=state)
+            view = tuple(np.subtract(camera.eye, camera.target))
+            self._attempt(self._look_from, view, up=camera.up, state=state)
 
     def source_closed(self):
         """Forget a source that was closed: the picture is drawn again, without it."""
@@ -165,6 +166,13 @@ class Window:
         about = to_page.SliceValues(key, index, regions, tuple(values.shape for _, _, values in slices))
         return packed(to_page.to_message(about), b"".join(values.tobytes() for _, _, values in slices))
 
+    def _attempt(self, function, *arguments, **options):
+        """Call a function, and tell the page of an error."""
+        try:
+            function(*arguments, **options)
+        except Exception as error:
+            self._failed(error)
+
     def _failed(self, error):
         """Tell the page of an error, without the temporary folders of uploads."""
         words = self._viewer.uploads.without_folders(str(error)).split()
@@ -229,17 +237,14 @@ class Window:
         self._request()
 
     def _on_look(self, message):
-        self._viewer.submit(self._look_from, message.view)
+        self._viewer.submit(self._attempt, self._look_from, message.view)
 
     def _look_from(self, view, **options):
-        try:
-            with self._lock:
-                now, size = self._camera, self._size
-            angle = now.field_of_view if now else 30.0
-            projection = now.projection if now else "perspective"
-            self.set_camera(self._viewer.camera_towards(view, size, projection, angle, **options))
-        except Exception as error:
-            self._failed(error)
+        with self._lock:
+            now, size = self._camera, self._size
+        angle = now.field_of_view if now else 30.0
+        projection = now.projection if now else "perspective"
+        self.set_camera(self._viewer.camera_towards(view, size, projection, angle, **options))
 
     def _on_change(self, message):
         changes = message.changes
@@ -274,14 +279,11 @@ class Window:
         self._viewer.change(lambda state: state.without_object(message.id))
 
     def _on_close(self, message):
-        self._viewer.submit(self._close_source, message.source)
+        self._viewer.submit(self._attempt, self._close_source, message.source)
 
     def _close_source(self, key):
-        try:
-            if key in self._viewer.document:  # two windows may close it
-                self._viewer.close_source(key)
-        except Exception as error:
-            self._failed(error)
+        if key in self._viewer.document:  # two windows may close it
+            self._viewer.close_source(key)
 
     def _on_undo(self, _):
         self._viewer.undo()
@@ -293,36 +295,30 @@ class Window:
         source = self._viewer.document[message.volume]
         if not source.is_volume:
             raise ValueError(f"volume: expected a volume, got {source.key}")
-        self._viewer.submit(self._sample, source, message.index)  # a store is read
+        self._viewer.submit(self._attempt, self._sample, source, message.index)  # a store is read
 
     def _sample(self, source, index):
-        try:
-            self.send(to_page.Sampled(index, value_at(source.grid, index)))
-        except Exception as error:
-            self._failed(error)
+        self.send(to_page.Sampled(index, value_at(source.grid, index)))
 
     def _on_slice_views(self, message):
         self._slice_views = message.views
         self._request_slices(self._viewer.state)
 
     def _on_pick(self, message):
-        self._viewer.submit(self._pick, (message.x, message.y), message.tool)
+        self._viewer.submit(self._attempt, self._pick, (message.x, message.y), message.tool)
 
     def _pick(self, pixel, tool):
-        try:
-            state = self._viewer.state.replace(camera=self._camera)
-            with self._viewer.making() as maker:
-                camera, size = state.camera.camera(), self._size
-                ids = maker.geometry_ids(state, lambda source: source.scale(camera, size))
-                found = measure(maker.scene, ids, camera, size, pixel)
-            if found is not None:
-                if found.index is not None:  # of the picture's scale
-                    grid = self._viewer.document[state.object(found.object).source].grid
-                    found = found.replace(index=index_of(found.position, grid))
-                self._measure(lambda all: with_point(all, tool, found))
-            self.send(to_page.Measured(found))
-        except Exception as error:
-            self._failed(error)
+        state = self._viewer.state.replace(camera=self._camera)
+        with self._viewer.making() as maker:
+            camera, size = state.camera.camera(), self._size
+            ids = maker.geometry_ids(state, lambda source: source.scale(camera, size))
+            found = measure(maker.scene, ids, camera, size, pixel)
+        if found is not None:
+            if found.index is not None:  # of the picture's scale
+                grid = self._viewer.document[state.object(found.object).source].grid
+                found = found.replace(index=index_of(found.position, grid))
+            self._measure(lambda all: with_point(all, tool, found))
+        self.send(to_page.Measured(found))
 
     def _on_clear_measurements(self, _):
         self._measure(lambda _: ())
@@ -338,17 +334,16 @@ class Window:
         self._viewer.submit(self._save, message.what, message.options)
 
     def _save(self, what, options):
-        try:
-            if what == "measurements":
-                names = {each.id: self._viewer.document[each.source].name for each in self._viewer.state.objects}
-                self.send_file("measurements.csv", to_csv(self._viewer.state.measurements, names).encode())
-                return
-            state = self._viewer.state.replace(camera=self._camera)
-            self.send_file(*save(self._viewer, what, state, self._size, options))
-        except Exception as error:
-            self._failed(error)
-        finally:
-            self.send(to_page.Progress(None, 1.0))
+        self._attempt(self._send_saved, what, options)
+        self.send(to_page.Progress(None, 1.0))
+
+    def _send_saved(self, what, options):
+        if what == "measurements":
+            names = {each.id: self._viewer.document[each.source].name for each in self._viewer.state.objects}
+            self.send_file("measurements.csv", to_csv(self._viewer.state.measurements, names).encode())
+            return
+        state = self._viewer.state.replace(camera=self._camera)
+        self.send_file(*save(self._viewer, what, state, self._size, options))
 
     def _on_restore(self, message):
         """Show the state of a page that was connected to another viewer, as far as the same files are open."""

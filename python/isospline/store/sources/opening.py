@@ -24,9 +24,9 @@ from .source import ArraySource, RawSource, Source, owner_of
 
 #: Formats whose readers can return the samples' places in the file instead of the samples.
 _LAZY = {
-    (".nii", ".nii.gz"): ("NIfTI", lambda path: nifti.read(path, stacks.open_nifti)),
-    (".nrrd", ".nhdr"): ("NRRD", lambda path: nrrd.read(path, stacks.open_packed)),
-    (".mha", ".mhd"): ("MetaImage", lambda path: metaimage.read(path, stacks.open_packed)),
+    nifti.SUFFIXES: ("NIfTI", lambda path: nifti.read(path, stacks.open_nifti)),
+    nrrd.SUFFIXES: ("NRRD", lambda path: nrrd.read(path, stacks.open_packed)),
+    metaimage.SUFFIXES: ("MetaImage", lambda path: metaimage.read(path, stacks.open_packed)),
 }
 
 _HDF5 = (".h5", ".hdf5", ".hdf", ".he5")
