@@ -382,7 +382,7 @@ def join_negative(arguments):
     """Join `--view -x` and `--spacing -1,2,3` with '=': argparse treats words that begin with a minus as options."""
     joined: list[str] = []
     for argument in arguments:
-        is_value = re.fullmatch(r"-([xyz]|\.?\d[-+\d.,eE]*)", argument)
+        is_value = re.fullmatch(r"-([xyz]|(\.?\d|inf)[-+\d.,eEinf]*)", argument)
         if is_value and joined and re.fullmatch(r"--[a-z-]+|-l", joined[-1]):
             joined[-1] += ("=" if joined[-1].startswith("--") else "") + argument
         else:

@@ -14,9 +14,12 @@ from .checks import library_of
 
 def volume_from_pyvista(cls, image_data, scalars=None, **options):
     """See `Volume.from_pyvista`."""
+    of_cells = None
     if scalars is None:
         scalars = getattr(image_data, "active_scalars_name", None)
-    return vtk.volume_from_vtk(cls, image_data, scalars, **options)
+        if scalars is not None:
+            of_cells = image_data.active_scalars_info.association.name == "CELL"
+    return vtk.volume_from_vtk(cls, image_data, scalars, of_cells=of_cells, **options)
 
 
 @handed

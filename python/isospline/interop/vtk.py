@@ -14,13 +14,13 @@ from .polygons import cut_polygons, cut_strips
 _IDS = ("vtk", "pyvistaOriginal")
 
 
-def volume_from_vtk(cls, image_data, scalars=None, **options):
-    """See `Volume.from_vtk`."""
+def volume_from_vtk(cls, image_data, scalars=None, *, of_cells=None, **options):
+    """See `Volume.from_vtk`; `of_cells` is that of `io.vtk.to_volume_data`."""
     with library_of("Volume.from_vtk"):
         from vtkmodules.vtkCommonDataModel import vtkImageData
     check_type(image_data, "image_data", vtkImageData, "image data of VTK")
     with errors_name("image_data"):
-        data = vtk.to_volume_data(image_data, scalars)
+        data = vtk.to_volume_data(image_data, scalars, of_cells)
     return to_volume(cls, data, "image_data", options)
 
 

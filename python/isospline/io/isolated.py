@@ -45,7 +45,8 @@ _BEGIN = (
 _ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB")}
 _KILLED = "the system ended the reader, most likely for lack of memory"
 ERRORS = {
-    kind.__name__: kind for kind in (ValueError, TypeError, MemoryError, OSError, ModuleNotFoundError, RuntimeError)
+    kind.__name__: kind
+    for kind in (ValueError, TypeError, MemoryError, OSError, ModuleNotFoundError, ImportError, RuntimeError)
 }
 
 

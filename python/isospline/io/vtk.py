@@ -54,9 +54,12 @@ def check_end(path):
             raise ValueError("expected </VTKFile> at the end: the file is truncated, or not a VTK file")
 
 
-def to_volume_data(image, name=None):
-    """The place of image data, and the samples of the array with this name, or of the active or only one."""
-    array, of_cells = _choose(image, name)
+def to_volume_data(image, name=None, of_cells=None):
+    """The place of image data, and the samples of the array with this name, or of the active or only one.
+
+    `of_cells` tells whether an array of cells or of points is meant, if both have the name.
+    """
+    array, of_cells = _choose(image, name, of_cells)
     check_components(array.GetNumberOfComponents())
 
     extent = np.reshape(image.GetExtent(), (3, 2))
@@ -106,13 +109,13 @@ def _check_memory(information):
     check_samples(size[::-1], f"u{max(item_size, 1)}")  # a byte for each bit, whose size VTK gives as 0
 
 
-def _choose(image, name):
+def _choose(image, name, wanted):
     """The array with this name, otherwise the active scalars, otherwise the only array; and whether it is of cells."""
     found: dict[str, Any] = {}
     for attributes, of_cells in ((image.GetPointData(), False), (image.GetCellData(), True)):
         every = (attributes.GetArray(index) for index in range(attributes.GetNumberOfArrays()))
         arrays = {array.GetName(): (array, of_cells) for array in every if array is not None}
-        if name is not None and name in arrays:  # arrays without a name have None
+        if name is not None and name in arrays and wanted in (None, of_cells):  # arrays without a name have None
             return arrays[name]
         if name is None and attributes.GetScalars() is not None:
             return attributes.GetScalars(), of_cells

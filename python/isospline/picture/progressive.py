@@ -163,7 +163,7 @@ class ProgressiveRenderer:
             Seconds, above 0. The first pass over the picture, with two samples, is always completed.
         checkpoint : str or path-like, optional
             A file from which `load_checkpoint` can continue. It is written at the beginning, every minute, and at the
-            end in all cases.
+            end in all cases. An older one of this picture is kept until there are as many samples.
         progress : callable or True, optional
             Called with the finished fraction, which is an estimate if noise is the limit; stops the work by returning a
             false value other than None. True shows a bar.
@@ -186,7 +186,8 @@ class ProgressiveRenderer:
         """
         limits = _Limits(samples, noise, time_limit)
         if checkpoint is not None:
-            self.save_checkpoint(checkpoint)  # fail early if it cannot be written
+            kept = self._samples_in(checkpoint)
+            self._save_from(kept, checkpoint)  # fail early if it cannot be written
         tell = as_callable(progress)
         saved = time.monotonic()
         try:
@@ -198,12 +199,24 @@ class ProgressiveRenderer:
                         raise
                     break
                 if checkpoint is not None and time.monotonic() - saved > CHECKPOINT_INTERVAL:
-                    self.save_checkpoint(checkpoint)
+                    self._save_from(kept, checkpoint)
                     saved = time.monotonic()
         finally:
             if checkpoint is not None:
-                self.save_checkpoint(checkpoint)
+                self._save_from(kept, checkpoint)
         return self.image
+
+    def _samples_in(self, path: str | os.PathLike[str]) -> int:
+        """The samples of a checkpoint of this picture; 0 for any other file."""
+        try:
+            check_path(path)
+            return int(checkpoints.load(path, self._fingerprint(), _SUMS)["tile_samples"].min())
+        except (OSError, ValueError):
+            return 0
+
+    def _save_from(self, samples: int, path: str | os.PathLike[str]) -> None:
+        if self.samples >= samples:
+            self.save_checkpoint(path)
 
     def _step_within(self, limits: _Limits, tell: Any) -> None:
         """Add one sample, or the first two: a single one would go through the centres and could not be continued."""

@@ -160,6 +160,17 @@ def test_pyvista_array_is_the_active_one_or_the_named_one(data):
         isospline.Volume.from_pyvista(pyvista.ImageData(dimensions=(3, 3, 3)))
 
 
+@pytest.mark.parametrize("kind", ["point", "cell"])
+def test_the_active_scalars_of_pyvista_are_of_points_or_cells(kind):
+    image = pyvista.ImageData(dimensions=(4, 5, 6))
+    image.point_data["v"] = np.arange(120.0)
+    image.cell_data["v"] = -np.arange(60.0)
+    image.set_active_scalars("v", preference=kind)
+    volume = isospline.Volume.from_pyvista(image)
+    assert volume.shape == ((6, 5, 4) if kind == "point" else (5, 4, 3))
+    assert volume.maximum == np.max(image.active_scalars)
+
+
 @directions
 def test_vtk_is_where_vtk_says(data, direction):
     image = vtk_image(data, direction, extent=(2, 8, -3, 2, 10, 14))

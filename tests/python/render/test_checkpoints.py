@@ -200,6 +200,21 @@ def test_checkpoints_are_written_now_and_then(path, monkeypatch):
     assert written == [0, 2, 3, 4, 5, 6, 6]
 
 
+def test_an_older_checkpoint_is_kept_until_there_are_as_many_samples(path):
+    make_renderer().run(6, checkpoint=path)
+    written = path.read_bytes()
+    for limit in (0.0, 0.3):
+        with pytest.raises(isospline.Cancelled):
+            make_renderer().run(9, checkpoint=path, progress=lambda done, limit=limit: done < limit)
+        assert path.read_bytes() == written
+    make_renderer().run(4, checkpoint=path)
+    assert path.read_bytes() == written
+    make_renderer().run(8, checkpoint=path)
+    renderer = make_renderer()
+    renderer.load_checkpoint(path)
+    assert renderer.samples == 8
+
+
 def test_background_and_layers_may_change(whole, path):
     first = make_renderer()
     first.run(24, checkpoint=path)
