@@ -75,7 +75,7 @@ def open_volume(
 
 
 @handed
-def reopen(folder: str, array: str, memory_limit: int, part: Part | None) -> Volume:
+def reopen(folder: str, array: str, memory_limit: int, part: Part | None = None) -> Volume:
     """Open the volume of an array of a store again, in another process, or a part of it for rays."""
     metadata = read_metadata(folder)
     for level in metadata.scales:
