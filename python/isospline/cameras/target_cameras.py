@@ -249,7 +249,10 @@ class OrthographicCamera(_LinearCamera):
         -------
         OrthographicCamera
         """
-        return cls(*_camera_position(camera_position), height=2.0 * number(parallel_scale, "parallel_scale"))
+        scale = number(parallel_scale, "parallel_scale")
+        if not (np.isfinite(scale) and scale > 0.0):
+            raise ValueError(sentence("parallel_scale", "a finite number above 0", parallel_scale))
+        return cls(*_camera_position(camera_position), height=2.0 * scale)
 
     def to_pyvista(self) -> tuple[CameraPosition, float]:
         """The camera for a PyVista plotter in parallel projection.

@@ -120,19 +120,35 @@ def triangles(poly_data):
     if poly_data.GetNumberOfPoints() == 0:
         return {"vertices": np.empty((0, 3)), "faces": np.empty((0, 3), int)}
     vertices = numbers_of(poly_data.GetPoints().GetData()).astype(float)
-    polygons = cut_polygons(vertices, *_sizes_and_indices(poly_data.GetPolys()))
-    faces = np.concatenate([polygons, cut_strips(*_sizes_and_indices(poly_data.GetStrips()))])
+    visible = _visible_cells(poly_data)
+    polygons = cut_polygons(vertices, *_sizes_and_indices(poly_data.GetPolys(), visible))
+    strips = cut_strips(*_sizes_and_indices(poly_data.GetStrips(), visible[poly_data.GetNumberOfPolys() :]))
+    faces = np.concatenate([polygons, strips])
     data = poly_data.GetPointData()
     normals = data.GetNormals()
     normals = None if normals is None or normals.GetNumberOfComponents() != 3 else numbers_of(normals)
     return {"vertices": vertices, "faces": faces, **attributes(normals, _colors(data), _named(data))}
 
 
-def _sizes_and_indices(cells):
-    """How many points each cell has, and their indices."""
-    if cells.GetNumberOfCells() == 0:
+def _visible_cells(poly_data):
+    """Whether polygons, and then strips, are neither hidden nor copies of cells in another part."""
+    from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
+
+    count = poly_data.GetNumberOfPolys() + poly_data.GetNumberOfStrips()
+    ghosts = poly_data.GetCellData().GetArray(vtkDataSetAttributes.GhostArrayName())
+    if ghosts is None or count == 0:
+        return np.ones(count, bool)
+    left_out = vtkDataSetAttributes.HIDDENCELL | vtkDataSetAttributes.DUPLICATECELL
+    return numbers_of(ghosts)[-count:] & left_out == 0  # behind those of points and lines
+
+
+def _sizes_and_indices(cells, visible):
+    """How many points each visible cell has, and their indices."""
+    count = cells.GetNumberOfCells()
+    if count == 0:
         return np.zeros(0, int), np.zeros(0, int)
-    return np.diff(numbers_of(cells.GetOffsetsArray())), numbers_of(cells.GetConnectivityArray())
+    sizes, visible = np.diff(numbers_of(cells.GetOffsetsArray())), visible[:count]
+    return sizes[visible], numbers_of(cells.GetConnectivityArray())[np.repeat(visible, sizes)]
 
 
 def _colors(data):

@@ -77,6 +77,13 @@ def test_from_pyvista_accepts_sequences_of_three():
         isospline.PerspectiveCamera.from_pyvista(POSITION, 190)
 
 
+def test_errors_of_parallel_projection_name_its_scale():
+    place = ((0, -9, 3), (0, 0, 0), (0, 0, 1))
+    for scale in (0, -1, np.inf, np.nan):
+        with pytest.raises(ValueError, match="parallel_scale: expected a finite number above 0"):
+            isospline.OrthographicCamera.from_pyvista(place, scale)
+
+
 INTRINSICS = np.array([(410, 3.5, 150.25), (0, 395, 110.75), (0, 0, 1)])
 ROTATION = Rotation.from_rotvec([0.4, -1.1, 2.0])
 TRANSLATION = np.array([0.3, -0.2, 7.5])

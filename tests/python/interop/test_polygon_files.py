@@ -247,3 +247,20 @@ def test_grids_with_blanked_cells_have_the_surface_of_the_others():
     assert (np.diff(np.sort(mesh.faces, axis=1), axis=1) > 0).all()
     # 7 cells, with 12 outer sides, of which 2 are gone, and 2 + 4 around the holes.
     assert len(mesh.faces) == 2 * (2 * 7 + 10 + 6)
+
+
+def test_hidden_and_doubled_cells_of_surfaces_are_left_out():
+    pyvista = pytest.importorskip("pyvista")
+    hidden, doubled = 32, 1  # of VTK
+    plane = pyvista.Plane(i_resolution=2, j_resolution=2).triangulate()
+    assert len(isospline.Mesh.from_pyvista(plane).faces) == 8
+    ghosts = np.zeros(8, np.uint8)
+    ghosts[[0, 3, 5]] = hidden, doubled, hidden
+    plane.cell_data["vtkGhostType"] = ghosts
+    faces = isospline.Mesh.from_pyvista(plane).faces
+    np.testing.assert_array_equal(faces, plane.faces.reshape(-1, 4)[ghosts == 0, 1:])
+    strips = pyvista.PolyData(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)], float), lines=[2, 0, 1])
+    strips.strips = np.array([4, 0, 1, 2, 3, 3, 2, 3, 4])
+    assert len(isospline.Mesh.from_pyvista(strips).faces) == 3
+    strips.cell_data["vtkGhostType"] = np.array([0, hidden, 0], np.uint8)  # of the line and of both strips
+    assert isospline.Mesh.from_pyvista(strips).faces.tolist() == [[2, 3, 4]]
