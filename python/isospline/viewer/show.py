@@ -84,7 +84,7 @@ def view(
     if levels is not None:
         check_type(levels, "levels", Iterable, "numbers")
         levels = [number()(level, "levels") for level in levels]
-        if items and not any(map(_takes_levels, items)):
+        if items and not any(_takes_levels(item, levels) for item in items):
             raise ValueError("levels: expected volumes or files of volumes for them, got none")
     check_count(height, "height")
     check_type(session, "session", (str, os.PathLike, type(None)), "a str, path-like or None")
@@ -105,9 +105,12 @@ def view(
     return viewer
 
 
-def _takes_levels(item):
+def _takes_levels(item, levels):
+    """Whether an item is shown at some levels, or at the only one, which is its own."""
+    if isinstance(item, Isosurface):
+        return levels == [item.level]
     is_file = isinstance(item, (str, os.PathLike))
-    return not (is_mesh(os.fspath(item)) if is_file else isinstance(item, (Isosurface, Mesh, Scene)))
+    return not (is_mesh(os.fspath(item)) if is_file else isinstance(item, (Mesh, Scene)))
 
 
 def _show(viewer, item, levels):
