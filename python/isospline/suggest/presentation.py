@@ -236,9 +236,7 @@ def present(
         if suggested is None or minimum is None:
             values, counts = histogram(some_values(volume))
             minimum = float(values[0])
-            suggested = levels_of_histogram(values, counts)
-            if not suggested:
-                raise ValueError(f"volume: expected samples that differ, all of them are {minimum:g}")
+            suggested = levels_of_histogram(values, counts) or [minimum]
         direction = np.asarray(volume.direction)
         shown = _present(lambda: samples_of(volume), direction, volume.patient, minimum, suggested, inside)
         while len(_KNOWN) >= _MOST_KNOWN:

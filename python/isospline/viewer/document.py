@@ -243,7 +243,6 @@ class Source:
         if not self.is_volume:
             about = {"faces": len(self.item.faces), "unit": self.unit, "has_rule": self.rule is not None}
             return SourceAbout(self.key, self.name, "mesh", bounds, **about)
-        spacing = float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0
         return SourceAbout(
             self.key,
             self.name,
@@ -252,7 +251,7 @@ class Source:
             range=self.range,
             suggested_levels=tuple(map(float, levels_of_histogram(self.values, self.counts))),
             level_range=self.level_range,
-            spacing_of_values=spacing if spacing * 4096 >= np.ptp(self.values) else 0.0,  # not of means of bins
+            spacing_of_values=float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0,
             histogram=tuple(bars(self.values, self.counts, BARS).tolist()),
             counts=tuple(map(int, index_shape(self.grid))),
             affine=tuple(map(tuple, self.grid.affine.tolist())),

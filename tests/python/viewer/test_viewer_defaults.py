@@ -6,16 +6,9 @@ import pytest
 import isospline
 from isospline import volumes
 from isospline.viewer.cell import still
-from isospline.viewer.document import source_of
 from isospline.viewer.session import Session, session_of
 from isospline.viewer.state import CameraState, SliceState
 from isospline.viewer.window import Window
-
-
-def test_gaps_of_continuous_values_are_no_steps_of_levels():
-    for data, spacing in (((np.arange(1000) % 7 * 3).reshape(10, 10, 10), 3.0), (np.linspace(0, 1, 8000) ** 9, 0.0)):
-        source = source_of(data.reshape(10, 10, -1).astype(np.float32))("source1")
-        assert source.about().spacing_of_values == pytest.approx(spacing)
 
 
 def test_levels_without_a_volume_are_refused(tmp_path):
