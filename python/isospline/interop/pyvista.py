@@ -19,7 +19,7 @@ def volume_from_pyvista(cls, image_data, scalars=None, **options):
         scalars = getattr(image_data, "active_scalars_name", None)
         if scalars is not None:
             of_cells = image_data.active_scalars_info.association.name == "CELL"
-    return vtk.volume_from_vtk(cls, image_data, scalars, of_cells=of_cells, **options)
+    return vtk.volume_of_array(cls, image_data, scalars, of_cells, options)
 
 
 @handed

@@ -14,8 +14,13 @@ from .polygons import cut_polygons, cut_strips
 _IDS = ("vtk", "pyvistaOriginal")
 
 
-def volume_from_vtk(cls, image_data, scalars=None, *, of_cells=None, **options):
-    """See `Volume.from_vtk`; `of_cells` is that of `io.vtk.to_volume_data`."""
+def volume_from_vtk(cls, image_data, scalars=None, **options):
+    """See `Volume.from_vtk`."""
+    return volume_of_array(cls, image_data, scalars, None, options)
+
+
+def volume_of_array(cls, image_data, scalars, of_cells, options):
+    """The same; `of_cells` is that of `io.vtk.to_volume_data`."""
     with library_of("Volume.from_vtk"):
         from vtkmodules.vtkCommonDataModel import vtkImageData
     check_type(image_data, "image_data", vtkImageData, "image data of VTK")
@@ -138,6 +143,9 @@ def _visible_cells(poly_data):
     ghosts = poly_data.GetCellData().GetArray(vtkDataSetAttributes.GhostArrayName())
     if ghosts is None or count == 0:
         return np.ones(count, bool)
+    if ghosts.GetNumberOfTuples() != poly_data.GetNumberOfCells():
+        expected = f"{poly_data.GetNumberOfCells()} values of {ghosts.GetName()}, one for each cell"
+        raise ValueError(f"expected {expected}, got {ghosts.GetNumberOfTuples()}")
     left_out = vtkDataSetAttributes.HIDDENCELL | vtkDataSetAttributes.DUPLICATECELL
     return numbers_of(ghosts)[-count:] & left_out == 0  # behind those of points and lines
 

@@ -169,6 +169,9 @@ def test_the_active_scalars_of_pyvista_are_of_points_or_cells(kind):
     volume = isospline.Volume.from_pyvista(image)
     assert volume.shape == ((6, 5, 4) if kind == "point" else (5, 4, 3))
     assert volume.maximum == np.max(image.active_scalars)
+    for convert in (isospline.Volume.from_pyvista, isospline.Volume.from_vtk):
+        with pytest.raises(TypeError, match="of_cells"):  # not a parameter
+            convert(image, "v", of_cells=True)
 
 
 @directions

@@ -264,3 +264,7 @@ def test_hidden_and_doubled_cells_of_surfaces_are_left_out():
     assert len(isospline.Mesh.from_pyvista(strips).faces) == 3
     strips.cell_data["vtkGhostType"] = np.array([0, hidden, 0], np.uint8)  # of the line and of both strips
     assert isospline.Mesh.from_pyvista(strips).faces.tolist() == [[2, 3, 4]]
+    short = pyvista.convert_array(np.array([hidden], np.uint8), "vtkGhostType")
+    strips.GetCellData().AddArray(short)
+    with pytest.raises(ValueError, match="mesh: expected 3 values of vtkGhostType, one for each cell, got 1"):
+        isospline.Mesh.from_vtk(strips)
