@@ -5,6 +5,7 @@
 #include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/surface_parts.h"
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -34,10 +35,12 @@ struct Covering {
 /// function, so its maximum over the polytope between the planes is at one of the polytope's corners. A box with
 /// corners that are all within the tolerance of one triangle is covered, and so is one for which ParityProof succeeds
 /// with all triangles near it. Other boxes are halved, until their edges are short, or the box contains surface beyond
-/// the tolerance.
+/// the tolerance. First of all, cells are covered whose parts with surface are all near to parts with points of the
+/// mesh.
 template <int Degree>
-Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double tolerance,
-                       const CoveringEdges& edges, const CellFilter& filter, const Progress& progress);
+Covering cover_surface(const LatticeField<Degree>& field, const SurfaceParts& parts, const LabeledMesh& mesh,
+                       double tolerance, const CoveringEdges& edges, const CellFilter& filter,
+                       const Progress& progress);
 
 /// Half of the size of the box in lattice space around a ball in the world.
 inline glm::dvec3 box_of_ball(const LatticeMetric& metric, double radius)

@@ -37,9 +37,9 @@ struct Care {
 template <int Degree>
 class EdgeCollapser {
 public:
-    EdgeCollapser(const LatticeField<Degree>& field, const LatticeMetric& metric, const Simplicity& simplicity,
-                  CollapsingMesh& mesh, std::uint32_t block, Care care)
-        : metric_(metric), simplicity_(simplicity), nearness_(field, metric, simplicity.of_faces), mesh_(mesh),
+    EdgeCollapser(const LatticeField<Degree>& field, const SurfaceParts& parts, const LatticeMetric& metric,
+                  const Simplicity& simplicity, CollapsingMesh& mesh, std::uint32_t block, Care care)
+        : metric_(metric), simplicity_(simplicity), nearness_(field, metric, simplicity.of_faces, &parts), mesh_(mesh),
           block_(block), care_(care)
     {
     }

@@ -115,7 +115,7 @@ bool faces_cross(const std::vector<glm::dvec3>& vertices, const glm::uvec3& firs
 std::vector<std::array<std::uint32_t, 2>> find_crossings(const std::vector<glm::dvec3>& vertices,
                                                          const std::vector<glm::uvec3>& faces,
                                                          const std::vector<std::uint8_t>& is_examined,
-                                                         const Progress& progress)
+                                                         const Progress& progress, const RoundedVertices* rounded)
 {
     Box bounds;
     for (const glm::dvec3& vertex : vertices)
@@ -136,9 +136,13 @@ std::vector<std::array<std::uint32_t, 2>> find_crossings(const std::vector<glm::
     const auto examine = [&](std::uint32_t face, std::vector<std::array<std::uint32_t, 2>>& pairs) {
         if (!is_chosen(face))
             return;
-        octree.visit(box_of(vertices, faces[face]), [&](std::uint32_t other) {
+        Box box = box_of(vertices, faces[face]);
+        if (rounded != nullptr)
+            box = {box.lower - 2.0 * rounded->error, box.upper + 2.0 * rounded->error};
+        octree.visit(box, [&](std::uint32_t other) {
             if ((other > face || (other < face && !is_chosen(other))) &&
-                faces_cross(vertices, faces[face], faces[other]))
+                (faces_cross(vertices, faces[face], faces[other]) ||
+                 (rounded != nullptr && faces_cross(rounded->vertices, faces[face], faces[other]))))
                 pairs.push_back({std::min(face, other), std::max(face, other)});
             return true;
         });

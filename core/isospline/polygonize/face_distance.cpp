@@ -279,8 +279,17 @@ std::optional<glm::dvec3> FaceDistance<Degree>::foot(const glm::dvec3& at, FaceL
 }
 
 template <int Degree>
+bool FaceDistance<Degree>::is_in_near_parts(const Corners& piece)
+{
+    return rows_(piece,
+                 [this](const glm::ivec3& first, int last_x) { return parts_.near().contains_row(first, last_x); });
+}
+
+template <int Degree>
 double FaceDistance<Degree>::piece_bound(const Corners& piece, FaceLabel label, double reach)
 {
+    if (label == on_isosurface && parts_.distance() > 0.0 && parts_.distance() <= reach && is_in_near_parts(piece))
+        return parts_.distance();
     std::size_t longest = 0;
     double length = 0.0;
     for (std::size_t i = 0; i < 3; ++i)
@@ -340,15 +349,16 @@ double FaceDistance<Degree>::bound(const Corners& corners, FaceLabel label, doub
 }
 
 template <int Degree>
-std::vector<double> distances_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double enough,
-                                           bool with_excess, const Progress& progress)
+std::vector<double> distances_from_surface(const LatticeField<Degree>& field, const SurfaceParts& parts,
+                                           const LabeledMesh& mesh, double enough, bool with_excess,
+                                           const Progress& progress)
 {
     const LatticeMetric metric(field.surface().volume().lattice_to_world());
     std::vector<double> bounds(mesh.faces.size());
     parallel_for(
         mesh.faces.size(), 256,
         [&](std::size_t begin, std::size_t end) {
-            FaceDistance<Degree> distance(field, metric, with_excess);
+            FaceDistance<Degree> distance(field, parts, metric, with_excess);
             for (std::size_t i = begin; i < end; ++i)
                 bounds[i] = distance.bound(corners_of(mesh, i), mesh.labels[i], enough);
         },
@@ -359,11 +369,11 @@ std::vector<double> distances_from_surface(const LatticeField<Degree>& field, co
 template class FaceDistance<1>;
 template class FaceDistance<2>;
 template class FaceDistance<3>;
-template std::vector<double> distances_from_surface(const LatticeField<1>&, const LabeledMesh&, double, bool,
-                                                    const Progress&);
-template std::vector<double> distances_from_surface(const LatticeField<2>&, const LabeledMesh&, double, bool,
-                                                    const Progress&);
-template std::vector<double> distances_from_surface(const LatticeField<3>&, const LabeledMesh&, double, bool,
-                                                    const Progress&);
+template std::vector<double> distances_from_surface(const LatticeField<1>&, const SurfaceParts&, const LabeledMesh&,
+                                                    double, bool, const Progress&);
+template std::vector<double> distances_from_surface(const LatticeField<2>&, const SurfaceParts&, const LabeledMesh&,
+                                                    double, bool, const Progress&);
+template std::vector<double> distances_from_surface(const LatticeField<3>&, const SurfaceParts&, const LabeledMesh&,
+                                                    double, bool, const Progress&);
 
 } // namespace isospline

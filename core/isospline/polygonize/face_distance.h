@@ -4,6 +4,7 @@
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/mesh_part.h"
 #include "isospline/polygonize/nearness.h"
+#include "isospline/polygonize/surface_parts.h"
 #include "isospline/query/closest_point.h"
 #include "isospline/query/surface_box.h"
 
@@ -19,6 +20,7 @@ namespace isospline {
 /// Bounds on the distance of each point of a face from the surface or a cap. The face is cut into pieces until one of
 /// these proofs succeeds for each.
 ///
+/// 0. All parts of cells that the piece meets are near to the surface (SurfaceParts).
 /// 1. The corners of the piece are moved by a distance s along their gradients, and by s in the opposite direction. If
 ///    Bernstein coefficients prove that f - level is positive on all of the one copy and negative on the other, there
 ///    is a root within s of each point of the piece. On a cap, the piece itself, or its copy at a distance s along the
@@ -29,8 +31,9 @@ class FaceDistance {
 public:
     /// `with_excess`: bounds larger than what is enough are found as well, and are closer; without, they are infinite,
     /// and cost less.
-    FaceDistance(const LatticeField<Degree>& field, const LatticeMetric& metric, bool with_excess)
-        : field_(field), metric_(metric), with_excess_(with_excess)
+    FaceDistance(const LatticeField<Degree>& field, const SurfaceParts& parts, const LatticeMetric& metric,
+                 bool with_excess)
+        : field_(field), parts_(parts), metric_(metric), with_excess_(with_excess), rows_(parts.near().shape())
     {
     }
 
@@ -67,18 +70,22 @@ private:
     double bound_by_solid(const Corners& piece, FaceLabel label, double reach);
     /// A point of the surface or of a cap near a point, if one is found easily.
     std::optional<glm::dvec3> foot(const glm::dvec3& at, FaceLabel label) const;
+    bool is_in_near_parts(const Corners& piece);
     double piece_bound(const Corners& piece, FaceLabel label, double reach);
 
     const LatticeField<Degree>& field_;
+    const SurfaceParts& parts_;
     const LatticeMetric& metric_;
     bool with_excess_;
+    RowsOfTriangle rows_;
     std::unique_ptr<ClosestPointFinder> finder_;
     std::vector<RecentCell> recent_;
 };
 
 /// Bounds for the distances of the faces of a mesh from the surface and its caps, in world units.
 template <int Degree>
-std::vector<double> distances_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double enough,
-                                           bool with_excess, const Progress& progress);
+std::vector<double> distances_from_surface(const LatticeField<Degree>& field, const SurfaceParts& parts,
+                                           const LabeledMesh& mesh, double enough, bool with_excess,
+                                           const Progress& progress);
 
 } // namespace isospline

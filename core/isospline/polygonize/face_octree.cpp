@@ -54,14 +54,15 @@ void FaceOctree::remove(std::uint32_t item)
     node_of_[item] = none;
 }
 
-FaceOctree octree_of(const LabeledMesh& mesh)
+FaceOctree octree_of(const LabeledMesh& mesh, const std::function<bool(const Box&)>& is_chosen)
 {
     Box bounds;
     for (const glm::dvec3& vertex : mesh.vertices)
         bounds.extend(vertex);
     FaceOctree octree(bounds, mesh.faces.size(), 0.125);
     for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), box_of(mesh.vertices, mesh.faces[i]));
+        if (const Box box = box_of(mesh.vertices, mesh.faces[i]); is_chosen(box))
+            octree.insert(static_cast<std::uint32_t>(i), box);
     return octree;
 }
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -67,8 +68,8 @@ private:
     std::vector<std::uint32_t> next_, node_of_;
 };
 
-/// The octree of the faces of a mesh.
-FaceOctree octree_of(const LabeledMesh& mesh);
+/// The octree of the faces of a mesh whose boxes are chosen.
+FaceOctree octree_of(const LabeledMesh& mesh, const std::function<bool(const Box&)>& is_chosen);
 /// The octree of boxes.
 FaceOctree octree_of(const std::vector<Box>& boxes, double least_edge);
 

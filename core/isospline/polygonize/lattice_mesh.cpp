@@ -112,21 +112,21 @@ public:
     /// Boxes of two kinds: with surface that is not proven to be near the mesh, and around faces that are not near the
     /// surface. Faces are measured at samples; those with a sample that is just near must also be proven to be within
     /// the tolerance.
-    std::vector<Box> far_boxes(const LabeledMesh& mesh, double tolerance, const CellFilter& filter,
-                               const Progress& progress) const
+    std::vector<Box> far_boxes(const LabeledMesh& mesh, const SurfaceParts& parts, double tolerance,
+                               const CellFilter& filter, const Progress& progress) const
     {
         const LatticeMetric metric(field_.surface().volume().lattice_to_world());
         const double cube = 1.0 / field_.subdivision();
         const double reach = part_of_lattice * tolerance;
         const CoveringEdges edges{std::min(0.25 * reach / metric.shortest_edge, 0.125 * cube), 0.5 * cube};
         std::vector<Box> boxes =
-            cover_surface(field_, mesh, reach, edges, filter, part_of(progress, 0.0, 0.7)).uncovered;
+            cover_surface(field_, parts, mesh, reach, edges, filter, part_of(progress, 0.0, 0.7)).uncovered;
         const Nearness<Degree> near(field_, metric, reach), very_near(field_, metric, part_without_proof * tolerance);
         std::vector<std::uint8_t> is_far(mesh.faces.size(), 0);
         parallel_for(
             mesh.faces.size(), 4096,
             [&](std::size_t begin, std::size_t end) {
-                FaceDistance<Degree> distance(field_, metric, false);
+                FaceDistance<Degree> distance(field_, parts, metric, false);
                 for (std::size_t i = begin; i < end; ++i) {
                     const Corners corners = corners_of(mesh, i);
                     const FaceLabel label = mesh.labels[i];
@@ -161,29 +161,37 @@ private:
 } // namespace
 
 template <int Degree>
-LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
+LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, const Progress& progress)
+{
+    LabeledMesh mesh =
+        RefinedLattice<Degree>(surface, 1, {}, part_of(progress, 0.0, 0.2)).mesh({}, part_of(progress, 0.2, 1.0));
+    merge_close_vertices(mesh, shortest_edge);
+    return mesh;
+}
+
+template <int Degree>
+LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, const SurfaceParts& parts, double tolerance,
+                         const Progress& progress)
 {
     LabeledMesh mesh;
     for (int subdivision = 1;; subdivision *= 2) {
         const Progress of_lattice = rest_of(progress, subdivision);
         RefinedLattice<Degree> lattice(surface, subdivision, {}, part_of(of_lattice, 0.0, 0.1));
         mesh = lattice.mesh({}, part_of(of_lattice, 0.1, 0.4));
-        if (!tolerance)
-            break;
         const std::size_t sample_groups = sample_groups_of(mesh);
         std::vector<Box> boxes =
-            lattice.far_boxes(mesh, *tolerance, every_group(sample_groups, false), part_of(of_lattice, 0.4, 0.5));
+            lattice.far_boxes(mesh, parts, tolerance, every_group(sample_groups, false), part_of(of_lattice, 0.4, 0.5));
         if (subdivision < finest_lattice &&
             sample_groups * most_coarse * count_cubes(boxes, subdivision) > mesh.faces.size() / 2)
             continue;
         const std::vector<Box> others =
-            lattice.far_boxes(mesh, *tolerance, every_group(sample_groups, true), part_of(of_lattice, 0.5, 0.7));
+            lattice.far_boxes(mesh, parts, tolerance, every_group(sample_groups, true), part_of(of_lattice, 0.5, 0.7));
         boxes.insert(boxes.end(), others.begin(), others.end());
         if (boxes.empty())
             break;
         // Only the neighborhood of what is refined changes.
         const LatticeMetric metric(surface.volume().lattice_to_world());
-        const double reach = 1.0 + std::ceil(part_of_lattice * *tolerance / metric.shortest_edge);
+        const double reach = 1.0 + std::ceil(part_of_lattice * tolerance / metric.shortest_edge);
         double longest_edge = std::sqrt(3.0) / subdivision; // a diagonal of a cube
         for (int round = 1; round <= most_rounds && !boxes.empty(); ++round) {
             const auto begin = 0.7 + 0.2 * (round - 1) / most_rounds, end = 0.7 + 0.2 * round / most_rounds;
@@ -193,12 +201,12 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
             const glm::ivec3 shape = surface.volume().cell_shape();
             const ChosenCells around(boxes, 1.0 + reach, shape), near(boxes, 1.0, shape);
             const LabeledMesh changed = lattice.mesh(around.filter(), part_of(of_round, 0.0, 0.5));
-            boxes = lattice.far_boxes(changed, *tolerance, near.filter(), part_of(of_round, 0.5, 1.0));
+            boxes = lattice.far_boxes(changed, parts, tolerance, near.filter(), part_of(of_round, 0.5, 1.0));
         }
         mesh = lattice.mesh({}, part_of(of_lattice, 0.9, 1.0));
         break;
     }
-    merge_close_vertices(mesh, tolerance ? shortest_before_simplification : shortest_edge);
+    merge_close_vertices(mesh, shortest_before_simplification);
     return mesh;
 }
 
@@ -217,9 +225,12 @@ LabeledMesh lattice_mesh_of_layers(const IsosurfaceSnapshot& surface, int first,
     return mesh;
 }
 
-template LabeledMesh lattice_mesh<1>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
-template LabeledMesh lattice_mesh<2>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
-template LabeledMesh lattice_mesh<3>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
+template LabeledMesh lattice_mesh<1>(const IsosurfaceSnapshot&, const Progress&);
+template LabeledMesh lattice_mesh<1>(const IsosurfaceSnapshot&, const SurfaceParts&, double, const Progress&);
+template LabeledMesh lattice_mesh<2>(const IsosurfaceSnapshot&, const Progress&);
+template LabeledMesh lattice_mesh<2>(const IsosurfaceSnapshot&, const SurfaceParts&, double, const Progress&);
+template LabeledMesh lattice_mesh<3>(const IsosurfaceSnapshot&, const Progress&);
+template LabeledMesh lattice_mesh<3>(const IsosurfaceSnapshot&, const SurfaceParts&, double, const Progress&);
 template LabeledMesh lattice_mesh_of_layers<1>(const IsosurfaceSnapshot&, int, int, const Progress&);
 template LabeledMesh lattice_mesh_of_layers<2>(const IsosurfaceSnapshot&, int, int, const Progress&);
 template LabeledMesh lattice_mesh_of_layers<3>(const IsosurfaceSnapshot&, int, int, const Progress&);

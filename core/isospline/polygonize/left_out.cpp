@@ -54,7 +54,7 @@ std::vector<LeftOut> join_boxes(const std::vector<Box>& boxes, const LabeledMesh
 
     // The distance of a box from the mesh is at most that of its middle, and half of its diagonal.
     const LatticeMetric metric(lattice_to_world);
-    const FaceOctree of_faces = octree_of(mesh);
+    const FaceOctree of_faces = octree_of(mesh, [](const Box&) { return true; });
     std::vector<double> distances(parts.size(), 0.0);
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         const glm::dvec3 middle = boxes[i].center(), middle_world = metric.to_world * middle;

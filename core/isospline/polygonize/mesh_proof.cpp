@@ -59,7 +59,7 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
         }
     }
     const std::vector<double> distances =
-        distances_from_surface(field_, added, tolerance_, is_last, part_of(progress, 0.0, 0.6));
+        distances_from_surface(field_, parts_, added, tolerance_, is_last, part_of(progress, 0.0, 0.6));
     for (std::size_t i = 0; i < distances.size(); ++i)
         faces.push_back({added.faces[i], distances[i], added_have_changed[i] != 0});
     std::sort(faces.begin(), faces.end(), is_before);
@@ -82,18 +82,19 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
     const double least_edge = least_edge_of(metric, tolerance_);
     const double reported = is_last ? 0.0 : std::max(2.0 * least_edge, 0.125 * std::min({reach.x, reach.y, reach.z}));
     Covering covering =
-        cover_surface(field_, mesh, tolerance_, {least_edge, reported}, filter, part_of(progress, 0.6, 0.95));
+        cover_surface(field_, parts_, mesh, tolerance_, {least_edge, reported}, filter, part_of(progress, 0.6, 0.95));
     covering.distance = std::max(covering.distance, covering_.distance);
-    crossings_ = find_crossings(mesh.vertices, mesh.faces, may_cross, part_of(progress, 0.95, 0.975));
     // Rounded to the world's coordinates, others may cross.
+    const glm::dmat4& to_world = field_.surface().volume().lattice_to_world();
     std::vector<glm::dvec3> world(mesh.vertices.size());
-    std::transform(mesh.vertices.begin(), mesh.vertices.end(), world.begin(), [this](const glm::dvec3& vertex) {
-        return transform_point(field_.surface().volume().lattice_to_world(), vertex);
+    double largest = glm::length(glm::dvec3(to_world[3]));
+    std::transform(mesh.vertices.begin(), mesh.vertices.end(), world.begin(), [&](const glm::dvec3& vertex) {
+        const glm::dvec3 at = transform_point(to_world, vertex);
+        largest = std::max(largest, glm::length(at));
+        return at;
     });
-    const auto in_world = find_crossings(world, mesh.faces, may_cross, part_of(progress, 0.975, 1.0));
-    crossings_.insert(crossings_.end(), in_world.begin(), in_world.end());
-    std::sort(crossings_.begin(), crossings_.end());
-    crossings_.erase(std::unique(crossings_.begin(), crossings_.end()), crossings_.end());
+    const RoundedVertices rounded{world, box_of_ball(metric, 0x1p-46 * largest)};
+    crossings_ = find_crossings(mesh.vertices, mesh.faces, may_cross, part_of(progress, 0.95, 1.0), &rounded);
     std::erase_if(crossings_, [&](const std::array<std::uint32_t, 2>& pair) {
         return has_changed[pair[0]] == 0 && has_changed[pair[1]] == 0;
     });

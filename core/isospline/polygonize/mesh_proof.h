@@ -20,8 +20,11 @@ namespace isospline {
 template <int Degree>
 class MeshProof {
 public:
-    /// The field must outlive it. Distances are in world units.
-    MeshProof(const LatticeField<Degree>& field, double tolerance) : field_(field), tolerance_(tolerance) {}
+    /// The field and the parts must outlive it. Distances are in world units.
+    MeshProof(const LatticeField<Degree>& field, const SurfaceParts& parts, double tolerance)
+        : field_(field), parts_(parts), tolerance_(tolerance)
+    {
+    }
 
     /// Examines a mesh with as many vertices as the mesh before. Crossings of two faces that have not changed do not
     /// count. Boxes of what is not covered are as small as possible, and distances beyond the tolerance are finite, in
@@ -53,6 +56,7 @@ private:
     ProvenFace* find_known(const LabeledMesh& mesh, const glm::uvec3& face);
 
     const LatticeField<Degree>& field_;
+    const SurfaceParts& parts_;
     double tolerance_;
     Covering covering_;
     std::vector<glm::dvec3> vertices_; ///< of the mesh before

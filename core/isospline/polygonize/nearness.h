@@ -3,6 +3,7 @@
 
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/surface_parts.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -57,15 +58,19 @@ bool for_each_sample(const Corners& corners, double spacing, const Visit& visit)
 template <int Degree>
 class Nearness {
 public:
-    /// `reach` is the largest distance that counts as near, in world units.
-    Nearness(const LatticeField<Degree>& field, const LatticeMetric& metric, double reach)
-        : field_(field), metric_(metric), reach_(reach), shape_(field.surface().volume().cell_shape())
+    /// `reach` is the largest distance that counts as near, in world units. If parts are given, all points in near
+    /// ones are near, too.
+    Nearness(const LatticeField<Degree>& field, const LatticeMetric& metric, double reach,
+             const SurfaceParts* parts = nullptr)
+        : field_(field), metric_(metric), reach_(reach), parts_(parts), shape_(field.surface().volume().cell_shape())
     {
     }
 
     /// Whether |f - level| divided by the slope is within the reach. This is a cheap estimate.
     bool is_likely(const glm::dvec3& at, FaceLabel label) const
     {
+        if (is_in_near_part(at, label))
+            return true;
         const Step step = step_to_surface(at, label);
         return step.is_in_solid || step.value * step.value <= reach_ * reach_ * step.slope_square;
     }
@@ -73,6 +78,8 @@ public:
     /// Whether a point of the surface, or of the cap of a face with this label, is found within the reach.
     bool is_near(const glm::dvec3& at, FaceLabel label) const
     {
+        if (is_in_near_part(at, label))
+            return true;
         const Step step = step_to_surface(at, label);
         if (step.is_in_solid)
             return true;
@@ -95,6 +102,11 @@ private:
         bool is_in_solid; ///< on a cap
     };
 
+    bool is_in_near_part(const glm::dvec3& at, FaceLabel label) const
+    {
+        return parts_ != nullptr && label == on_isosurface && parts_->is_near(at);
+    }
+
     Step step_to_surface(const glm::dvec3& at, FaceLabel label) const
     {
         const PointInCell point(field_.surface(), at);
@@ -112,6 +124,7 @@ private:
     const LatticeField<Degree>& field_;
     const LatticeMetric& metric_;
     double reach_;
+    const SurfaceParts* parts_;
     glm::dvec3 shape_;
 };
 

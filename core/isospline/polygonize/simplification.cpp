@@ -39,10 +39,10 @@ constexpr std::size_t failures_before_locked = 2;
 } // namespace
 
 template <int Degree>
-Simplification<Degree>::Simplification(const LatticeField<Degree>& field, const LabeledMesh& fine,
-                                       const Simplicity& simplicity)
-    : field_(field), metric_(field.surface().volume().lattice_to_world()), fine_(fine), simplicity_(simplicity),
-      world_(fine.vertices.size()), is_locked_(fine.vertices.size(), 0)
+Simplification<Degree>::Simplification(const LatticeField<Degree>& field, const SurfaceParts& parts,
+                                       const LabeledMesh& fine, const Simplicity& simplicity)
+    : field_(field), parts_(parts), metric_(field.surface().volume().lattice_to_world()), fine_(fine),
+      simplicity_(simplicity), world_(fine.vertices.size()), is_locked_(fine.vertices.size(), 0)
 {
     std::transform(fine.vertices.begin(), fine.vertices.end(), world_.begin(),
                    [this](const glm::dvec3& vertex) { return metric_.to_world * vertex; });
@@ -137,7 +137,7 @@ void Simplification<Degree>::repeat(const Progress& progress)
     std::vector<std::uint8_t>& is_queued = state_->is_queued;
     std::transform(change_.begin(), change_.end(), is_queued.begin(), [](std::uint8_t change) { return change != 0; });
     EditableMesh::Workspace workspace;
-    EdgeCollapser<Degree> collapser(field_, metric_, simplicity_, *state_, 0, {usual_spacing, false});
+    EdgeCollapser<Degree> collapser(field_, parts_, metric_, simplicity_, *state_, 0, {usual_spacing, false});
     for (std::size_t step = 0; step < history_.size(); ++step) {
         if (step % report_interval == 0)
             report(progress, static_cast<double>(step) / static_cast<double>(history_.size()));
@@ -314,7 +314,7 @@ void Simplification<Degree>::run_divided(const Care& care, const Progress& progr
         blocks.size(), 1,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                EdgeCollapser<Degree> collapser(field_, metric_, simplicity_, *state_, blocks[i], care);
+                EdgeCollapser<Degree> collapser(field_, parts_, metric_, simplicity_, *state_, blocks[i], care);
                 done[i] =
                     collapser.run(vertices[blocks[i]], faces[blocks[i]], block_count_ == 1 ? progress : Progress());
             }

@@ -26,8 +26,9 @@ namespace isospline {
 template <int Degree>
 class Simplification {
 public:
-    /// The field and the mesh must outlive it.
-    Simplification(const LatticeField<Degree>& field, const LabeledMesh& fine, const Simplicity& simplicity);
+    /// The field, the parts and the mesh must outlive it.
+    Simplification(const LatticeField<Degree>& field, const SurfaceParts& parts, const LabeledMesh& fine,
+                   const Simplicity& simplicity);
 
     /// Collapses all edges that may be collapsed.
     void run(const Progress& progress);
@@ -49,6 +50,7 @@ private:
     void run_divided(const Care& care, const Progress& progress);
 
     const LatticeField<Degree>& field_;
+    const SurfaceParts& parts_;
     LatticeMetric metric_;
     const LabeledMesh& fine_;
     Simplicity simplicity_;

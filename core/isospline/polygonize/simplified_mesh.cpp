@@ -37,11 +37,12 @@ constexpr double least_shape = 0.02;
 template <int Degree>
 class PreservedMeshes {
 public:
-    /// `fine` has the vertices of all meshes. It and the field must outlive the object.
-    PreservedMeshes(const LatticeField<Degree>& field, const LabeledMesh& fine, double tolerance)
-        : field_(field), fine_(fine), tolerance_(tolerance),
+    /// `fine` has the vertices of all meshes. It, the field and the parts must outlive the object.
+    PreservedMeshes(const LatticeField<Degree>& field, const SurfaceParts& parts, const LabeledMesh& fine,
+                    double tolerance)
+        : field_(field), parts_(parts), fine_(fine), tolerance_(tolerance),
           reach_(box_of_ball(LatticeMetric(field.surface().volume().lattice_to_world()), tolerance)),
-          preservation_(field, tolerance), proof_(field, tolerance), stays_(fine.vertices.size(), 0)
+          preservation_(field, tolerance), proof_(field, parts, tolerance), stays_(fine.vertices.size(), 0)
     {
     }
 
@@ -82,6 +83,7 @@ private:
     bool is_turned(const LabeledMesh& mesh, const glm::uvec3& face) const;
 
     const LatticeField<Degree>& field_;
+    const SurfaceParts& parts_;
     const LabeledMesh& fine_;
     double tolerance_;
     glm::dvec3 reach_; ///< of the box around a ball with the tolerance as radius, in lattice space
@@ -125,7 +127,8 @@ void PreservedMeshes<Degree>::find_gaps(const Progress& progress)
         return;
     const ChosenCells cells(boxes, 0.0, field_.surface().volume().cell_shape());
     const double least = least_edge_of(LatticeMetric(field_.surface().volume().lattice_to_world()), tolerance_);
-    const Covering covering = cover_surface<Degree>(field_, fine_, tolerance_, {least, 0.0}, cells.filter(), progress);
+    const Covering covering =
+        cover_surface<Degree>(field_, parts_, fine_, tolerance_, {least, 0.0}, cells.filter(), progress);
     gaps_.insert(gaps_.end(), covering.uncovered.begin(), covering.uncovered.end());
 }
 
@@ -182,13 +185,14 @@ bool PreservedMeshes<Degree>::put_back(const LabeledMesh& mesh, bool with_neighb
 } // namespace
 
 template <int Degree>
-SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledMesh& fine, double tolerance,
-                               const Progress& progress)
+SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const SurfaceParts& parts, const LabeledMesh& fine,
+                               double tolerance, const Progress& progress)
 {
     const LatticeField<Degree> field(surface, 1);
-    Simplification<Degree> simplification(field, fine, {part_of_faces * tolerance, part_of_vertices * tolerance});
+    Simplification<Degree> simplification(field, parts, fine,
+                                          {part_of_faces * tolerance, part_of_vertices * tolerance});
     simplification.run(part_of(progress, 0.0, 0.5));
-    PreservedMeshes<Degree> meshes(field, fine, tolerance);
+    PreservedMeshes<Degree> meshes(field, parts, fine, tolerance);
     for (int attempt = 1;; ++attempt) {
         // Most of the work is in the first attempt.
         const auto part = [&progress, left = std::pow(0.5, attempt)](double begin, double end) {
@@ -216,8 +220,11 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
     }
 }
 
-template SimplifiedMesh simplified_mesh<1>(const IsosurfaceSnapshot&, const LabeledMesh&, double, const Progress&);
-template SimplifiedMesh simplified_mesh<2>(const IsosurfaceSnapshot&, const LabeledMesh&, double, const Progress&);
-template SimplifiedMesh simplified_mesh<3>(const IsosurfaceSnapshot&, const LabeledMesh&, double, const Progress&);
+template SimplifiedMesh simplified_mesh<1>(const IsosurfaceSnapshot&, const SurfaceParts&, const LabeledMesh&, double,
+                                           const Progress&);
+template SimplifiedMesh simplified_mesh<2>(const IsosurfaceSnapshot&, const SurfaceParts&, const LabeledMesh&, double,
+                                           const Progress&);
+template SimplifiedMesh simplified_mesh<3>(const IsosurfaceSnapshot&, const SurfaceParts&, const LabeledMesh&, double,
+                                           const Progress&);
 
 } // namespace isospline

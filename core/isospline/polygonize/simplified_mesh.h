@@ -3,6 +3,7 @@
 
 #include "isospline/math/box.h"
 #include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/surface_parts.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/util/progress.h"
 
@@ -23,7 +24,7 @@ struct SimplifiedMesh {
 
 /// Simplifies the mesh of a lattice for this tolerance, in world units, or a smaller one.
 template <int Degree>
-SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledMesh& fine, double tolerance,
-                               const Progress& progress);
+SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const SurfaceParts& parts, const LabeledMesh& fine,
+                               double tolerance, const Progress& progress);
 
 } // namespace isospline

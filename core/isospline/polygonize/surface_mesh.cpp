@@ -51,7 +51,7 @@ SimplifiedMesh mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t face
     double first = 0.5 * metric.shortest_edge, coarsest = glm::length(surface.volume().bounds().size());
     {
         // Most surfaces have a tenth of the faces of the plain mesh if the tolerance is a voxel.
-        const LabeledMesh plain = lattice_mesh<Degree>(surface, {}, part_of(progress, 0.0, begin));
+        const LabeledMesh plain = lattice_mesh<Degree>(surface, part_of(progress, 0.0, begin));
         Box bounds;
         for (const glm::dvec3& vertex : plain.vertices)
             bounds.extend(metric.to_world * vertex);
@@ -70,13 +70,14 @@ SimplifiedMesh mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t face
         const double tolerance = *search.next();
         const Progress of_mesh = part_of(progress, 1.0 - left, 1.0 - 0.6 * left);
         left *= 0.6;
+        const SurfaceParts parts(LatticeField<Degree>(surface, 1), tolerance, part_of(of_mesh, 0.0, 0.1));
         // The lattice for a slightly smaller tolerance serves as well.
         constexpr double most_too_fine = 4.0;
         if (!(tolerance_of_fine <= tolerance && tolerance <= most_too_fine * tolerance_of_fine)) {
-            fine = lattice_mesh<Degree>(surface, tolerance, part_of(of_mesh, 0.0, 0.5));
+            fine = lattice_mesh<Degree>(surface, parts, tolerance, part_of(of_mesh, 0.1, 0.5));
             tolerance_of_fine = tolerance;
         }
-        SimplifiedMesh mesh = simplified_mesh<Degree>(surface, fine, tolerance, part_of(of_mesh, 0.5, 1.0));
+        SimplifiedMesh mesh = simplified_mesh<Degree>(surface, parts, fine, tolerance, part_of(of_mesh, 0.5, 1.0));
         if (mesh.mesh.faces.empty())
             return mesh;
         if (search.add(mesh.mesh.faces.size()))
@@ -188,11 +189,12 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
     }
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
         if (!tolerance) {
-            LabeledMesh mesh = lattice_mesh<degree>(surface, {}, part_of(progress, 0.0, 0.9));
+            LabeledMesh mesh = lattice_mesh<degree>(surface, part_of(progress, 0.0, 0.9));
             return to_world<degree>(surface, std::move(mesh), {}, part_of(progress, 0.9, 1.0));
         }
-        const LabeledMesh fine = lattice_mesh<degree>(surface, tolerance, part_of(progress, 0.0, 0.3));
-        SimplifiedMesh mesh = simplified_mesh<degree>(surface, fine, *tolerance, part_of(progress, 0.3, 0.9));
+        const SurfaceParts parts(LatticeField<degree>(surface, 1), *tolerance, part_of(progress, 0.0, 0.03));
+        const LabeledMesh fine = lattice_mesh<degree>(surface, parts, *tolerance, part_of(progress, 0.03, 0.3));
+        SimplifiedMesh mesh = simplified_mesh<degree>(surface, parts, fine, *tolerance, part_of(progress, 0.3, 0.9));
         return with_proof<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
     });
 }

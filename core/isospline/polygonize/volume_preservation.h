@@ -61,7 +61,7 @@ private:
     };
     static constexpr Care care_of_moves{2.0, 1e-3, 1.0};
     /// Surfaces of degree 1 have creases where cells meet.
-    static constexpr Care care_of_report = Degree == 1 ? Care{0.25, 2.5e-4, 3.0} : Care{0.5, 1e-3, 3.0};
+    static constexpr Care care_of_report = Degree == 1 ? Care{0.25, 2.5e-4, 3.0} : Care{0.5, 4e-3, 3.0};
 
     double height(const glm::dvec3& at, const glm::dvec3& outward, double reach) const;
     glm::dvec3 area_of(const Corners& corners) const;
