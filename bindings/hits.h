@@ -161,12 +161,6 @@ inline constexpr Named<bool HitOutputs::*> hit_output_names[] = {
     {"coefficient_gradients", &HitOutputs::coefficient_gradients},
 };
 
-/// The arrays that cast_rays returns by default: those of Open3D.
-inline pybind11::tuple default_hit_outputs()
-{
-    return pybind11::make_tuple("t_hit", "geometry_ids", "primitive_ids", "primitive_normals");
-}
-
 /// The arrays that cast_rays returns.
 class HitArrays {
 public:

@@ -9,6 +9,8 @@
 
 #include <pybind11/numpy.h>
 
+#include <algorithm>
+#include <bit>
 #include <string>
 
 namespace isospline {
@@ -20,41 +22,13 @@ inline const EnumWords<Axes> axes_words{{"zyx", Axes::zyx}, {"xyz", Axes::xyz}};
 
 inline SampleType sample_type(const pybind11::dtype& dtype)
 {
-    switch (dtype.kind()) {
-    case 'b':
-        return SampleType::uint8;
-    case 'u':
-        switch (dtype.itemsize()) {
-        case 1:
-            return SampleType::uint8;
-        case 2:
-            return SampleType::uint16;
-        case 4:
-            return SampleType::uint32;
-        default:
-            return SampleType::uint64;
-        }
-    case 'i':
-        switch (dtype.itemsize()) {
-        case 1:
-            return SampleType::int8;
-        case 2:
-            return SampleType::int16;
-        case 4:
-            return SampleType::int32;
-        default:
-            return SampleType::int64;
-        }
-    default:
-        switch (dtype.itemsize()) {
-        case 2:
-            return SampleType::float16;
-        case 4:
-            return SampleType::float32;
-        default:
-            return SampleType::float64;
-        }
-    }
+    using enum SampleType;
+    // By size: 1, 2, 4 and 8 bytes.
+    static constexpr SampleType unsigned_types[]{uint8, uint16, uint32, uint64},
+        signed_types[]{int8, int16, int32, int64}, float_types[]{float64, float16, float32, float64};
+    const int item = std::min(std::countr_zero(static_cast<unsigned>(dtype.itemsize())), 3);
+    const char kind = dtype.kind();
+    return kind == 'b' || kind == 'u' ? unsigned_types[item] : kind == 'i' ? signed_types[item] : float_types[item];
 }
 
 /// The samples of a three-dimensional array, which owns them.

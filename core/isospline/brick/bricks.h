@@ -30,7 +30,6 @@ public:
     CoefficientView coefficients(const glm::ivec3& cell) const { return coefficients_.from(cell.x, cell.y, cell.z); }
     /// Bit i: block i may have cells that the surface crosses.
     std::uint64_t blocks() const { return blocks_; }
-    bool has_block(int index) const { return (blocks_ >> index & 1u) != 0; }
     /// A block of `blocks()`. If another thread is making it, it is made in `own`.
     const Block& block(int index, int degree, double threshold, Block& own) const
     {

@@ -14,7 +14,7 @@ from ..picture.tone import CURVES
 from ..scene.mesh_files import MESH_SUFFIXES
 from .given import flag, given, keywords, refuse_without
 from .picture import studio_looks
-from .store import opened
+from .store import finite, opened
 from .units import volume_to_unit
 
 OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
@@ -144,7 +144,7 @@ def _color_by(arguments, to_unit):
             raise ValueError("--limits: expected two distances for --color-by with a mesh, such as -1,1, got none")
         mesh = isospline.read_mesh(what)
         return isospline.ColorByDistance(isospline.Scene([(mesh, to_unit(mesh, what))]), **options)
-    data = opened(argparse.Namespace(file=what), lambda other: isospline.read_volume(other.file))
+    data = opened(argparse.Namespace(file=what), lambda _: finite(isospline.read_volume(what), what))
     volume, transform = volume_to_unit(to_unit, data, what)
     return isospline.ColorByVolume(volume, transform=transform, **options)
 

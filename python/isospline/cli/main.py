@@ -17,7 +17,6 @@ import numpy as np
 
 import isospline
 
-from ..base.parameters import describe_not_finite
 from ..base.progress import Bar, Lines
 from ..base.views import DEFAULT_VIEW
 from ..picture.pixels import denoiser
@@ -39,7 +38,7 @@ from .parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
 from .picture import announce_time, background_of, cameras_of, check_camera_options, marks_for
 from .placement import read_placed
 from .record import made_of
-from .store import Store, opened
+from .store import Store, finite, opened
 from .units import in_one_unit, unit_transform
 from .verify import run as run_verify
 from .view import check_beside_session, serve, session_image
@@ -292,11 +291,19 @@ def convert(arguments):
         run_convert(arguments, _reading(arguments), progress, _say)
 
 
+def _part(option, kind, numbers):
+    """The part that two points of an option stand for."""
+    try:
+        return kind(numbers[:3], numbers[3:])
+    except ValueError as error:
+        raise ValueError(f"{option}: {error}") from None
+
+
 def _clip(arguments):
     """The half-spaces and boxes that cut the surfaces."""
     clip: list[isospline.HalfSpace | isospline.Box]
-    clip = [isospline.HalfSpace(numbers[:3], numbers[3:]) for numbers in arguments.clip]
-    clip += [isospline.Box(numbers[:3], numbers[3:]) for numbers in arguments.clip_box]
+    clip = [_part("--clip", isospline.HalfSpace, numbers) for numbers in arguments.clip]
+    clip += [_part("--clip-box", isospline.Box, numbers) for numbers in arguments.clip_box]
     if not (arguments.capped or clip) and arguments.run is render:  # where it is the default
         raise ValueError("--no-capped: expected --clip or --clip-box with it, got none")
     if arguments.capped and not (clip or arguments.closed) and arguments.run is not render:
@@ -354,10 +361,7 @@ def _volume_or_labels(arguments):
 def _read(arguments):
     """The volume that the options specify."""
     volume = isospline.read_volume(arguments.file, **_reading(arguments))
-    if found := describe_not_finite(volume.data):
-        hint = "; --nan VALUE replaces NaN" if np.isnan(volume.data).any() else ""
-        raise ValueError(f"{arguments.file}: expected finite samples, got {found}{hint}")
-    return volume
+    return finite(volume, arguments.file, "; --nan VALUE replaces NaN")
 
 
 def _reading(arguments):

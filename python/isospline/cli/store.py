@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 
+from ..base.parameters import describe_not_finite
 from ..base.system import warn
 from ..io import VolumeData
 from ..levels import some_values
@@ -45,6 +46,14 @@ def opened(arguments, read):
         return Store(arguments)
     refuse_without(arguments, OF_STORES, "a store", arguments.file)
     return read(arguments)
+
+
+def finite(volume, path, hint=""):
+    """The volume of a file, whose samples must be finite; `hint` is about NaN."""
+    if found := describe_not_finite(volume.data):
+        hint = hint if np.isnan(volume.data).any() else ""
+        raise ValueError(f"{path}: expected finite samples, got {found}{hint}")
+    return volume
 
 
 class Store:

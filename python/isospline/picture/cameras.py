@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.mistakes import sentence
-from ..base.parameters import check_count, check_plain, check_type
+from ..base.parameters import check_count, check_plain, check_type, number
 from ..base.signatures import explained
 from ..base.views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
 from ..cameras import OrthographicCamera, PerspectiveCamera
@@ -238,6 +238,7 @@ class _Fit:
         self.up = np.asarray(natural_up if up is None else up, dtype=float)
         if projection not in ("perspective", "orthographic"):
             raise ValueError(f"projection: expected 'perspective' or 'orthographic', got {projection!r}")
+        margin = number(margin, "margin")
         if not 0 <= margin < 1:
             raise ValueError(f"margin: expected a part of the image, at least 0 and below 1, got {margin!r}")
         if not (isinstance(size, Sequence) and [isinstance(each, numbers.Real) for each in size] == [True, True]):

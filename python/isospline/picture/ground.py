@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.parameters import check_type, unit_vector
+from ..base.parameters import check_type, number, unit_vector
 from ..base.signatures import explained
 from ..scene import Mesh, Scene
 
@@ -45,6 +45,7 @@ def ground_for(scene: Scene, *, up: ArrayLike = (0, 0, 1), reach: float = 20.0) 
     """
     check_type(scene, "scene", Scene, "a Scene")
     axes = upright_axes(unit_vector(up, "up"))
+    reach = number(reach, "reach")
     if not 0 < reach < np.inf:
         raise ValueError(f"reach: expected a finite number above 0, got {reach!r}")
     extents = scene.extent(axes)

@@ -68,7 +68,8 @@ def test_bad_commands_are_told(ball, monkeypatch, capsys, message, arguments):
         ("spacing: expected positive numbers", ["--spacing", "1,-1,1"]),
         ("level: expected", ["--level", "nan"]),
         ("--clip: expected 6 numbers separated by commas, got '1,2,3'", ["--clip", "1,2,3"]),
-        ("normal", ["--clip", "1,2,3,0,0,0"]),
+        ("--clip: normal: expected three finite numbers, not all of them zero", ["--clip", "1,2,3,0,0,0"]),
+        ("--clip-box: maximum: expected numbers above", ["--clip-box", "0,0,0,-1,1,1"]),
         (r"no\.stl: No such file", ["--mesh", "no.stl"]),
     ],
 )
@@ -380,6 +381,11 @@ def nan_files(tmp_path):
     data[3, 4:6] = np.nan
     np.save(tmp_path / "map.npy", data)
     return data, tmp_path / "map.npy", isospline.convert(np.nan_to_num(data), tmp_path / "a.zarr")
+
+
+def test_nan_in_the_volume_of_a_color_is_told(nan_files, tmp_path, ball, capsys):
+    told = r"map\.npy: expected finite samples, got .* NaN or infinite, the first one at \[3, 4, 0\]\n$"
+    fails(capsys, 2, told, "render", ball, "--color-by", nan_files[1], "-o", tmp_path / "a.png")
 
 
 @pytest.mark.parametrize(

@@ -164,3 +164,8 @@ def test_camera_for_takes_an_up_vector_and_flat_boxes():
 def test_bad_framing(arguments, parameter):
     with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
         isospline.camera_for(**{"scene": [(0, 0, 0), (1, 1, 1)], **arguments})
+
+
+def test_margins_that_are_no_numbers():
+    with pytest.raises(TypeError, match="^margin: expected a number, got 'wide'$"):
+        isospline.camera_for([(0, 0, 0), (1, 1, 1)], margin="wide")

@@ -43,3 +43,8 @@ def test_a_ball_stands_on_its_ground(up):
 def test_grounds_that_make_no_sense(options, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         isospline.ground_for(**{"scene": make_scene(), **options})
+
+
+def test_a_reach_that_is_no_number():
+    with pytest.raises(TypeError, match="^reach: expected a number, got 'far'$"):
+        isospline.ground_for(make_scene(), reach="far")
